@@ -1,20 +1,32 @@
-"""Galleries as commands and programs use them: opened, and cleared of traces and free space."""
+"""Galleries as programs use them: opened, encrypted, and cleared of traces and free space."""
 
 from __future__ import annotations
 
 import secrets
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
 
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.encryption.keys import load_keys
+from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.gallery import Gallery
 from fpmatch.gallery.store.kept_files import PREPARED, delete_files, kept_files, kept_folders
+from fpmatch.gallery.store.rows import check_row, row_digest
 from fpmatch.gallery.store.sealing import set_key
-from fpmatch.gallery.store.tables import ENCRYPTED_VERSION, GALLERY, METADATA, TABLES, VERSION
+from fpmatch.gallery.store.tables import (
+    ENCRYPTED_VERSION,
+    ENTRY,
+    GALLERY,
+    METADATA,
+    TABLES,
+    VERSION,
+    WHOLE,
+    DamagedRowError,
+)
 
 if TYPE_CHECKING:
     import os
@@ -23,6 +35,13 @@ if TYPE_CHECKING:
     from fpmatch.gallery.encryption.keys import KeyRing
 
 __all__ = ["Gallery", "open_gallery"]
+
+_ROWS_PER_READ: Final = 500
+_UPDATE: Final = (
+    ENTRY.update()
+    .where(ENTRY.c.id == sa.bindparam("row"))
+    .values(template=sa.bindparam("own"), digest=sa.bindparam("of_own"))
+)
 
 
 def open_gallery(
@@ -68,6 +87,50 @@ def open_gallery(
         gallery.close()
         raise
     return gallery
+
+
+def rotate(gallery: Gallery, *, progress: Progress = no_progress) -> dict[str, Any]:
+    """Seal all templates of a gallery with the current one of its keys.
+
+    The gallery is open with the key in use, if it has one, and the new one. All is one transaction:
+    other programs wait for its end, and one that is killed has changed nothing. Then the files of
+    the gallery are rewritten without what they had before. `progress` is called with stage "rotate"
+    and numbers of entries.
+
+    Returns, as JSON values, the "key", the number of templates that were "sealed", and of entries
+    that are "damaged" and were left as they are the "id" and the "reason". Raises GalleryError if a
+    key is missing; EncryptionError if the source of the keys cannot be read.
+    """
+    total, sealed, after = len(gallery), 0, 0
+    damaged: list[dict[str, Any]] = []
+    with gallery.changing() as connection:
+        target, before = load_keys(gallery.key).current.id, gallery.sealing(connection)
+        assert before is None or before.key  # of which all templates are read
+        set_key(connection, target)
+        new = gallery.sealing(connection)
+        assert new is not None
+        query = WHOLE.order_by(ENTRY.c.id).limit(_ROWS_PER_READ)
+        progress("rotate", 0, total)
+        while new != before and (rows := connection.execute(query.where(ENTRY.c.id > after)).all()):
+            changes = []
+            for row in rows:
+                try:
+                    check_row(row)
+                    columns = row._asdict() if before is None else vars(before.unseal_row(row))
+                except DamagedRowError as error:
+                    damaged.append({"id": row.id, "reason": error.why})
+                    continue
+                own = new.seal_row(columns)
+                changes.append({"row": row.id, "own": own["template"], "of_own": row_digest(own)})
+            if changes:
+                connection.execute(_UPDATE, changes)
+            sealed, after = sealed + len(changes), rows[-1].id
+            progress("rotate", min(sealed, total), total)
+        audit.record(connection, "rotate keys", key=target, damaged=len(damaged))
+    gallery.vacuum()  # no free page or dead row contains what was before
+    delete_files(gallery)
+    progress("rotate", total, total)
+    return {"key": target, "sealed": sealed, "damaged": damaged}
 
 
 def free_space(gallery: Gallery) -> dict[str, dict[str, int]]:

@@ -20,10 +20,9 @@ from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Label, NamePa
 from fpmatch.gallery.search.identify import identify_given
 from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.rows import check_storable
-from fpmatch.gallery.store.summary import count_entries
 from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.claim import check_claim
-from fpmatch.gallery.tasks.screening import find_unmatched
+from fpmatch.gallery.tasks.consistency import find_unmatched
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.prints.report import as_dict
@@ -94,7 +93,7 @@ def short_name(place: str) -> str:
 def describe_gallery(where: str) -> dict[str, Any]:
     """Return the counts that ``fpmatch gallery list --summary --json`` prints, but of no row."""
     with open_served_gallery(where) as gallery:
-        return {"gallery": short_name(gallery.name), **count_entries(gallery)}
+        return {"gallery": short_name(gallery.name), **gallery.count_entries()}
 
 
 def check_gallery(where: str) -> None:

@@ -18,11 +18,11 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.stored_template import pack_template
-from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource
+from fpmatch.prints.reading import GivenPrint
 
 PRINTS = 6  # two of each of three subjects
 DAMAGED = 3
@@ -103,13 +103,13 @@ def test_every_reader_skips_it(place, tmp_path):
             found = identify(search, scattered(1, 30), listed=listed)
             assert (len(found.entries), found.entries[0].id, found.enrolled) == (3, 1, len(SOUND))
             assert [one.rank for one in found.candidates] == [1, 2, 3]
-        checked = check_claim(gallery, scattered(4, 30), "2")
+        checked = check_claim(gallery, GivenPrint("probe", scattered(4, 30)), "2")
         assert [entry.id for entry in checked.entries] == [4]
         assert checked.as_dict()["damaged"] in {0, 1}  # 0: nothing shows whose it was
         assert [check["subject"] for check in check_fingers(gallery)] == ["1", "3"]
         assert list(find_damaged(gallery)) == [DAMAGED]
         assert [entry.id for entry in gallery.entries() if entry.id != DAMAGED] == SOUND
-        assert summarize(gallery)["impressions"] + summarize(gallery)["damaged"] == PRINTS
+        assert gallery.summarize()["impressions"] + gallery.summarize()["damaged"] == PRINTS
     assert export_gallery(str(place), tmp_path / "out", "json", None) == 1
     dataset = load_dataset(place)
     names = DatasetSource(dataset).names

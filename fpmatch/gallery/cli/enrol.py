@@ -26,7 +26,7 @@ from fpmatch.gallery.cli.options import (
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
-    from fpmatch.gallery.tasks.screening import Enrolment
+    from fpmatch.gallery.tasks.enrol import Enrolment
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
@@ -137,7 +137,7 @@ def enrol(
     from fpmatch.gallery.listing.prints import extract_print, find_prints, folder_reader
     from fpmatch.gallery.store.audit import switch
     from fpmatch.gallery.tasks import enrol as work
-    from fpmatch.gallery.tasks.screening import Enrolment
+    from fpmatch.gallery.tasks.enrol import Enrolment
     from fpmatch.prints.reading import PrintReader
 
     if encrypt:

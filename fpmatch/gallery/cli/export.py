@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.listing.entry import Entry
 
-_LONGEST_NAME: Final = 240  # without suffix; file systems have 255 bytes
 _KEPT_IN_NAMES: Final = " +,=@"  # besides letters, digits and _.-~; others are written as %XX
 
 
@@ -37,9 +36,6 @@ def export_gallery(place: str, output: Path, file_format: str, subject: str | No
     written = 0
     with open_gallery(place) as gallery, ProgressBars({"export": "writing templates"}) as bars:
         names = _names(gallery.entries(subject=subject))
-        for number in [number for number, name in names.items() if len(name) > _LONGEST_NAME]:
-            gallery.damaged[number] = "its label is too long for the name of a file"
-            del names[number]
         gallery.record("export", entries=ranges(names))
         make_folder(output)
         for number, template in gallery.templates(of=names):

@@ -70,13 +70,12 @@ Examples:
 def list_(gallery: str, summary: bool, subject: str | None, failures: bool, as_json: bool) -> None:
     """List the impressions of GALLERY, what could not be enrolled, or its counts and sizes."""
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.store.summary import summarize
 
     if summary + failures + (subject is not None) > 1:
         raise click.UsageError("--summary, --failures and --subject exclude each other")
     with open_gallery(gallery) as opened:
         if summary:
-            counted, name = summarize(opened), opened.name
+            counted, name = opened.summarize(), opened.name
             show(
                 json_text({"gallery": name, **counted}) if as_json else _summary_text(name, counted)
             )
@@ -230,18 +229,14 @@ def rewrite(gallery: str, encrypt: bool, as_json: bool) -> int:
 
     Without --encrypt, prepared prints that no longer fit are deleted, too.
     """
-    from fpmatch.gallery.gallery import free_space, open_gallery
-    from fpmatch.gallery.tasks.rotation import rotate
+    from fpmatch.gallery.gallery import free_space, open_gallery, rotate
 
     with open_gallery(gallery) as opened, ProgressBars({"rotate": "encrypting"}) as bars:
-        name, damaged = opened.name, dict[int, str]()
+        name, damaged = opened.name, list[dict[str, Any]]()
         if encrypt:
-            done = rotate(opened, progress=bars.show)
-            damaged = done.damaged
-            rows = [{"id": number, "reason": why} for number, why in damaged.items()]
-            document: dict[str, Any] = {**asdict(done), "damaged": rows}
-            rewritten = count(done.sealed, "template")
-            text = printable(f"{name}: encrypted with key {done.key}; {rewritten} rewritten")
+            document: dict[str, Any] = rotate(opened, progress=bars.show)
+            damaged, sealed = document["damaged"], count(document["sealed"], "template")
+            text = printable(f"{name}: encrypted with key {document['key']}; {sealed} rewritten")
         else:
             document = free_space(opened)
             sizes = [
@@ -249,8 +244,8 @@ def rewrite(gallery: str, encrypt: bool, as_json: bool) -> int:
                 for label, size in document.items()
             ]
             text = "\n".join([printable(name), *sizes])
-    for number, why in damaged.items():
-        say_note(f"{name}: entry {number}, left as it is: {why}")
+    for one in damaged:
+        say_note(f"{name}: entry {one['id']}, left as it is: {one['reason']}")
     show(json_text({"gallery": name, **document}) if as_json else text)
     return 1 if damaged else 0
 
@@ -325,10 +320,10 @@ def verify(gallery: str, expect: tuple[int, str] | None, as_json: bool) -> None:
     from fpmatch.gallery.store.audit import check_audit
 
     with open_gallery(gallery) as opened:
-        state = check_audit(opened, expect=expect)
+        events, last = check_audit(opened, expect=expect)
         opened.check_rows()
-    words = f"{count(state.events, 'event')}, last hash {state.last}"
-    show(json_text(asdict(state)) if as_json else words)
+    words = f"{count(events, 'event')}, last hash {last}"
+    show(json_text({"events": events, "last": last}) if as_json else words)
 
 
 @audit.command(

@@ -14,7 +14,6 @@ import os
 import platform
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
@@ -38,14 +37,6 @@ OPERATOR: Final = "FPMATCH_OPERATOR"  # environment variable: who uses the comma
 _STATE_DIGITS: Final = 16  # of the random state of a gallery, in each event
 _LABEL: Final = ("subject", "finger", "impression")
 _client: ContextVar[str | None] = ContextVar("fpmatch_client", default=None)
-
-
-@dataclass(frozen=True, slots=True)
-class AuditState:
-    """The number of lines of an audit, and the hash of the last."""
-
-    events: int = 0
-    last: str = START
 
 
 def is_on(connection: sa.Connection) -> bool:
@@ -137,10 +128,11 @@ def events_of(gallery: Database) -> Iterator[tuple[int, str, dict[str, Any]]]:
             yield number, previous, event
 
 
-def check_audit(gallery: Database, *, expect: tuple[int, str] | None = None) -> AuditState:
+def check_audit(gallery: Database, *, expect: tuple[int, str] | None = None) -> tuple[int, str]:
     """Check the audit of a gallery, and its entries against their events.
 
-    With `expect`, an earlier number of lines and the hash of the last of them are checked, too.
+    Returns the number of lines and the hash of the last. With `expect`, an earlier state of these,
+    it is checked that it is a part of this one.
     Raises GalleryError as `events_of`, and with these codes: "changed" if the line of that number
     has another hash, "shortened" if there are fewer lines, "unrecorded" if the last change has no
     event, "exchanged" if an entry has not the label and the picture that were enrolled with its
@@ -177,7 +169,7 @@ def check_audit(gallery: Database, *, expect: tuple[int, str] | None = None) -> 
                 raise gallery.error(why, "exchanged")
     for entry in stated.enrolled.keys() - stated.unsure if unchanged else ():
         raise gallery.error(f"entry {entry} is missing, and no event states its removal", "missing")
-    return AuditState(number, last)
+    return number, last
 
 
 class _Stated(NamedTuple):

@@ -46,8 +46,8 @@ _SECRETS: Final = ("password", "sslpassword", "passfile")  # in the query of a U
 class Database:
     """Open transactions on the database of one gallery.
 
-    `where` is a file, made if missing and `create`, or a URL ``postgresql://user@host/database``
-    (or ``sqlite:///file``), and `name` is either, without a password. A statement that has waited
+    `where` is a file, made if missing and `create`, or a URL ``postgresql://user@host/database``,
+    and `name` is either, without a password. A statement that has waited
     for `patience` seconds raises GalleryError (code "late"). Templates are opened with `key`: keys,
     or their source. Raises GalleryError if there is no such file, it is no SQLite database, or the
     URL is of another kind.
@@ -195,10 +195,7 @@ def _as_url(where: str | os.PathLike[str]) -> Path | sa.URL:
         url = sa.make_url(where)
     except (ArgumentError, ValueError) as error:
         raise GalleryError("gallery: not a URL of the form postgresql://host/database") from error
-    kind = url.drivername.partition("+")[0]
-    if kind == "sqlite" and url.database:
-        return Path(url.database)
-    if kind not in {"postgres", "postgresql"}:
+    if url.drivername.partition("+")[0] not in {"postgres", "postgresql"}:
         raise GalleryError(
             "galleries are SQLite files or PostgreSQL databases (postgresql://host/database)",
             path=_without_secrets(url),

@@ -37,6 +37,8 @@ from fpmatch.gallery.store.tables import (
     parts,
 )
 from fpmatch.printable import as_text, printable
+from fpmatch.templates.bounds import MOST_MINUTIAE
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
@@ -51,6 +53,9 @@ if TYPE_CHECKING:
 Converted = TypeVar("Converted")
 
 _COUNT: Final = sa.select(sa.func.count())
+_SOUND: Final = sa.and_(
+    ENTRY.c.dpi.between(MIN_DPI, MAX_DPI), ENTRY.c.minutiae.between(0, MOST_MINUTIAE)
+)
 
 
 class Gallery(Database):
@@ -91,6 +96,48 @@ class Gallery(Database):
         """Return the number of fingers."""
         fingers = sa.select(ENTRY.c.subject, ENTRY.c.finger).distinct().subquery()
         return self.count(_COUNT.select_from(fingers))
+
+    def count_entries(self) -> dict[str, Any]:
+        """Return the counts that indices of the database contain, as JSON values.
+
+        They are a part of what `summarize` returns; no row of an entry is read.
+        """
+        sealing = self.sealing()
+        return {
+            "version": self.count(sa.select(GALLERY.c.version)),
+            "impressions": len(self),
+            "subjects": self.subjects(),
+            "failures": self.count(_COUNT.select_from(FAILURE)),
+            "keys": [] if sealing is None else [sealing.key_id],
+        }
+
+    def summarize(self) -> dict[str, Any]:
+        """Return all counts and sizes, as JSON values; each row of an entry is read.
+
+        "damaged" is the number of entries that are not counted, as their numbers are impossible.
+        """
+        counted = self.count_entries()
+        of_dpi = sa.select(ENTRY.c.dpi, sa.func.count()).group_by(ENTRY.c.dpi).order_by(ENTRY.c.dpi)
+        totals = sa.select(
+            sa.func.count().label("impressions"),
+            sa.func.count(ENTRY.c.subject.distinct()).label("subjects"),
+            sa.func.coalesce(sa.func.sum(ENTRY.c.minutiae), 0).label("minutiae"),
+            sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0).label(
+                "template_bytes"
+            ),
+        )
+        with self.reading() as connection:
+            row = connection.execute(totals.where(_SOUND)).one()
+            by_dpi = connection.execute(of_dpi.where(_SOUND)).all()
+        sizes = {name: int(number) for name, number in row._mapping.items()}
+        return {
+            "version": counted["version"],
+            **sizes,
+            "dpi": [{"dpi": float(dpi), "impressions": count} for dpi, count in by_dpi],
+            "failures": counted["failures"],
+            "damaged": counted["impressions"] - sizes["impressions"],
+            "keys": counted["keys"],
+        }
 
     def content_hash(self) -> str:
         """Return a hash that differs whenever fpmatch has changed the entries."""

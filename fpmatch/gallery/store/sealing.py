@@ -18,7 +18,7 @@ import sqlalchemy as sa
 
 from fpmatch.errors import EncryptionError, FpmatchError
 from fpmatch.gallery.encryption.keys import ID_DIGITS, load_keys
-from fpmatch.gallery.encryption.records import key_id_of, seal, unseal
+from fpmatch.gallery.encryption.records import seal, unseal
 from fpmatch.gallery.store.tables import (
     ENCRYPTED_VERSION,
     ENCRYPTION,
@@ -72,14 +72,10 @@ class Sealing:
         Raises DamagedRowError if row or template were changed, or belong to another entry or
         gallery; EncryptionError (code "missing key") if its key was not given.
         """
-        columns = row._asdict()
+        columns, data = row._asdict(), row.template
+        bound = [*_as_bytes(columns)]
         try:
-            key_id = key_id_of(row.template)
-            if key_id != self.key_id:
-                why = f"encrypted with key {key_id}, which the gallery does not use"
-                raise DamagedRowError(row.id, why)
-            bound = [*_as_bytes(columns)]
-            packed = unseal(self.ring, row.template, purpose=_ENTRY, salt=self.gallery, bound=bound)
+            packed = unseal(self.ring, data, purpose=_ENTRY, salt=self.gallery, bound=bound)
         except EncryptionError as error:
             if error.code in {"damaged", "version"}:
                 raise DamagedRowError(row.id, str(error)) from None

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from fpmatch.gallery.listing.entry import Label
-    from fpmatch.gallery.tasks.screening import Enrolment
+    from fpmatch.gallery.tasks.enrol import Enrolment
     from fpmatch.matching.result import Matcher
 
 

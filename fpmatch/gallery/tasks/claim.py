@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.gallery.fingers.finger import verify_finger
 from fpmatch.matching.calibration import allowance
-from fpmatch.matching.decision import DEFAULT_THRESHOLD
-from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.printable import count, printable
 from fpmatch.prints.pair import FIRST_SHARE, other_resolutions
-from fpmatch.prints.reading import GivenPrint, dpi_source
-from fpmatch.templates.minutiae import Template
 
 if TYPE_CHECKING:
     from fpmatch.gallery.fingers.finger import FingerVerification
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Entry
-    from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Identity, Matcher
+    from fpmatch.matching.result import Identity
+    from fpmatch.prints.reading import GivenPrint
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,22 +74,20 @@ class CheckedClaim:
 
 def check_claim(
     gallery: Gallery,
-    probe: Template | GivenPrint,
+    probe: GivenPrint,
     subject: str,
     finger: str | None = None,
-    *,
-    matcher: str | Matcher = DEFAULT_MATCHER,
-    threshold: float = DEFAULT_THRESHOLD,
-    calibration: Calibration | None = None,
+    **options: Any,
 ) -> CheckedClaim:
     """Decide whether a probe comes from the claimed subject of an open gallery.
 
     `finger` is the claimed finger (default: any; the score is of the impressions of all fingers).
     Impressions that are damaged are skipped. An image that states no resolution is tried at the
     others that its ridges allow where it does not match, and each try has a share of the false
-    match rate; see `fpmatch.prints.pair.verify_given`. Other parameters, and the errors, are as for
-    `fpmatch.gallery.fingers.finger.verify_finger`; raises GalleryError if the gallery cannot be
-    read, or nothing of the subject or finger is enrolled, or all of it is damaged.
+    match rate; see `fpmatch.prints.pair.verify_given`. The options matcher, threshold and
+    calibration, and the errors, are as for `fpmatch.gallery.fingers.finger.verify_finger`; raises
+    GalleryError if the gallery cannot be read, or nothing of the subject or finger is enrolled, or
+    all of it is damaged.
     """
     entries = {
         entry.id: entry
@@ -106,21 +101,13 @@ def check_claim(
         if damaged:
             raise gallery.error(f"damaged: all impressions of {claim}", "damaged")
         raise gallery.error(f"no impression of {claim} is enrolled", "unknown")
-    given = probe
-    if isinstance(given, Template):
-        given = GivenPrint("probe", given, dpi_source=dpi_source(given)[0])
-    options: dict[str, Any] = {
-        "matcher": matcher,
-        "threshold": threshold,
-        "calibration": calibration,
-    }
-    others, references = other_resolutions(given), list(sound.values())
-    lowered = allowance(FIRST_SHARE) if others else 0.0
-    result = verify_finger(given.template, references, **options, allowance=lowered)
+    verify = partial(verify_finger, references=list(sound.values()), **options)
+    given, others = probe, other_resolutions(probe)
+    result = verify(probe=probe.template, allowance=allowance(FIRST_SHARE) if others else 0.0)
     if not result.verification.match:
         lowered = allowance(1.0 - FIRST_SHARE, len(others))
-        for other in map(given.at, others):
-            tried = verify_finger(other.template, references, **options, allowance=lowered)
+        for other in map(probe.at, others):
+            tried = verify(probe=other.template, allowance=lowered)
             if tried.verification.match and tried.verification.score > result.verification.score:
                 given, result = other, tried
     if not given.dpi_stated:

@@ -12,19 +12,21 @@ from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.fingers.finger import choose_impressions
 from fpmatch.gallery.store.audit import ranges
 from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.decision import find_reachable, find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.listing.entry import Label
+    from fpmatch.gallery.listing.entry import Entry, Label
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
     from fpmatch.templates.minutiae import Template
 
 LINK_SCORE: Final = 30.0
 HIGHEST_LINK_SCORE: Final = 55.0
+MOST_COMPARED: Final = 8  # impressions of a finger that a new one is compared with
 
 
 def check_fingers(
@@ -77,6 +79,37 @@ def find_damaged(
     return {number: why for number, why in damaged if numbers is None or number in numbers}
 
 
+def find_unmatched(
+    gallery: Gallery,
+    label: Label,
+    template: Template,
+    existing: Sequence[Entry],
+    earlier: Sequence[tuple[Label, Template]] = (),
+) -> str | None:
+    """Return why a print matches none of up to eight impressions of its finger; None if it does.
+
+    `existing` are the entries of its subject; `earlier` are prints of its finger that are enrolled
+    together with it.
+    """
+    same = {one.id: one.label for one in existing if one.label.of_finger == label.of_finger}
+    stored = gallery.templates(of=[*same][-MOST_COMPARED:])
+    others = [*((same[number], other) for number, other in stored), *earlier][-MOST_COMPARED:]
+    if not others:
+        return None
+    matcher, curve = get_matcher(DEFAULT_MATCHER), load_calibration(DEFAULT_MATCHER)
+    sides = [template, *(other for _, other in others)]
+    probe, *references = [(side, matcher.prepare(side)) for side in sides]
+    for reference in references:
+        if curve.score(matcher.compare(probe[1], reference[1]).similarity) >= LINK_SCORE:
+            return None
+    known = find_reachable(matcher, curve, probe, references)
+    lacking = find_shortage(matcher, curve, known, LINK_SCORE)
+    why = "another finger, or other skin of it" if lacking is None else lacking.message
+    verb = "does not match" if lacking is None else "cannot be compared with"
+    more = f" or {len(others) - 1} other impressions" if len(others) > 1 else ""
+    return f"{label} {verb} {others[0][0]}{more}: {why}"
+
+
 def _check(sound: Mapping[int, Template], matcher: Matcher, curve: Calibration) -> dict[str, Any]:
     """Return the groups of readable impressions of a finger that matches link."""
     from scipy.sparse.csgraph import connected_components  # noqa: PLC0415  (slow to import)
@@ -89,7 +122,10 @@ def _check(sound: Mapping[int, Template], matcher: Matcher, curve: Calibration) 
         if i in among or j in among:
             similarity = matcher.compare(prepared[i], prepared[j]).similarity
             scores[i, j] = scores[j, i] = curve.score(similarity)
-    _, label = connected_components(scores >= _link_score(len(numbers)), directed=False)
+    # it grows with the pairs, one false match of which would join two fingers
+    least = LINK_SCORE + 10.0 * math.log10(len(sound) * (len(sound) - 1) / 2)
+    linked = scores >= min(least, HIGHEST_LINK_SCORE)
+    _, label = connected_components(linked, directed=False)
     groups = [np.flatnonzero(label == k).tolist() for k in range(max(label) + 1)]
     groups.sort(key=lambda group: (-len(group), group[0]))
     disagreements = []
@@ -103,9 +139,3 @@ def _check(sound: Mapping[int, Template], matcher: Matcher, curve: Calibration) 
         "groups": [[numbers[k] for k in group] for group in groups],
         "disagreements": disagreements,
     }
-
-
-def _link_score(count: int) -> float:
-    """Return the score from which two of `count` impressions match; it grows with the pairs."""
-    pairs = count * (count - 1) / 2  # one false match would join two fingers
-    return min(LINK_SCORE + 10.0 * math.log10(pairs), HIGHEST_LINK_SCORE)

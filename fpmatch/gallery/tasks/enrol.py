@@ -1,9 +1,10 @@
-"""Enrol prints: find the new ones, extract their templates, keep them."""
+"""Enrol prints: find the new ones, extract their templates, compare them with their fingers."""
 
 from __future__ import annotations
 
 import hashlib
 import time
+from collections import Counter
 from contextlib import closing
 from functools import partial
 from itertools import islice
@@ -19,11 +20,12 @@ from fpmatch.gallery.engine.workers import Progress, attempt_each, no_progress
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, NamePattern, NewEntry
 from fpmatch.gallery.listing.print_file import resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
+from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.gallery.store.audit import ranges
 from fpmatch.gallery.store.rows import pack_entry
-from fpmatch.gallery.store.stored_template import is_unstated
+from fpmatch.gallery.store.stored_template import is_unstated, unpack_template
 from fpmatch.gallery.store.tables import ENROLLED, ENTRY
-from fpmatch.gallery.tasks.screening import Enrolment
+from fpmatch.gallery.tasks.consistency import find_unmatched
 from fpmatch.printable import printable
 from fpmatch.prints.reading import group_by_note
 
@@ -32,7 +34,9 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.listing.entry import Label, PackedEntry
     from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.templates.minutiae import Template
 
     Requested = tuple[PrintFile, EnrolmentRequest]
 
@@ -42,6 +46,95 @@ PRINTS_PER_COMMIT: Final = 1000
 SECONDS_PER_COMMIT: Final = 0.5  # after which fewer prints are committed
 LAST_ENTRIES: Final = 1000  # among which are prints of folders from which more are enrolled
 PRINTS_PER_QUERY: Final = 32  # that are looked up in the gallery at once
+
+
+class Enrolment:
+    """Enrol the prints of a run, and count what becomes of them.
+
+    Prints of subjects that existed before are compared with their fingers first, and if `strict`
+    all are; those are refused then that do not match, and those that are probably two prints in one
+    or of no finger.
+    """
+
+    def __init__(self, gallery: Gallery, *, strict: bool = False) -> None:
+        self._gallery, self._strict = gallery, strict
+        self._given: set[bytes] = set()  # contents of the prints of this run
+        self._doubted: set[Label] = set()  # of its prints that do not match their finger
+        self._unsaved: list[Failure] = []  # which the gallery does not contain yet
+        self.enrolled, self.known = 0, 0
+        """Numbers of prints enrolled now and before."""
+        self.failures: list[Failure] = []
+        """Prints that could not be enrolled, with reasons."""
+        self.noted: dict[str, tuple[Path, ...]] = {}
+        """Notes, and the prints that each is about."""
+        self.added: Counter[str] = Counter()
+        """Numbers of prints that were added to subjects which other files enrolled before."""
+        self.unmatched: list[Failure] = []
+        """Prints that were enrolled although they do not match their finger."""
+
+    @property
+    def counted(self) -> int:
+        """The number of prints whose outcome is known."""
+        return self.enrolled + self.known + len(self.failures)
+
+    def fail(self, source: str, why: str) -> None:
+        """Count a print that cannot be enrolled; `add` records it in the gallery."""
+        self.failures.append(Failure(source, why))
+        self._unsaved.append(self.failures[-1])
+
+    def note_known(self, content: bytes) -> None:
+        """Count a print that was enrolled before, by the SHA-256 of its file."""
+        self.known += 1
+        self._given.add(content)
+
+    def add(self, new: Sequence[PackedEntry]) -> None:
+        """Enrol prints, and record the failures until now, in one transaction."""
+        accepted = self._screen(new)
+        failed, self._unsaved = self._unsaved, []
+        if not (accepted or failed):
+            return
+        conflicts = self._gallery.add_packed([entry for entry, *_ in accepted], failed)
+        for (entry, existed, unmatched), conflict in zip(accepted, conflicts, strict=True):
+            if conflict is None:
+                self.enrolled += 1
+                self.added.update([entry.label.subject] if existed else [])
+                self.unmatched += [Failure(entry.source, unmatched)] if unmatched else []
+            elif conflict == ENROLLED:
+                self.note_known(entry.content)
+            else:
+                self.failures.append(Failure(entry.source, str(conflict)))
+
+    def _screen(self, new: Sequence[PackedEntry]) -> list[tuple[PackedEntry, bool, str | None]]:
+        """Return the new prints that are not refused, in the order in which they are enrolled.
+
+        With each is stated if its subject was enrolled before from files that were not given, and
+        why it does not match its finger.
+        """
+        self._given.update(entry.content for entry in new)
+        enrolled = self._gallery.entries_by_subject({entry.label.subject for entry in new})
+        earlier: dict[Label, list[tuple[Label, Template]]] = {}
+        accepted: list[tuple[PackedEntry, bool, str | None]] = []
+        for entry in new:
+            existing = enrolled.get(entry.label.subject, [])
+            existed = any(other.content not in self._given for other in existing)
+            known = any(other.content == entry.content for other in existing)
+            if known or not (existed or self._strict):
+                accepted.append((entry, False, None))
+                continue
+            template = unpack_template(entry.template)
+            existing = [other for other in existing if other.label not in self._doubted]
+            others = earlier.setdefault(entry.label.of_finger, [])
+            unmatched = find_unmatched(self._gallery, entry.label, template, existing, others)
+            refused = ("; ".join(find_doubts(template)) or unmatched) if self._strict else None
+            if unmatched:
+                self._doubted.add(entry.label)
+            elif not refused:
+                others.append((entry.label, template))
+            if refused:
+                self.fail(entry.source, f"refused: {refused}")
+            else:
+                accepted.append((entry, existed, unmatched))
+        return accepted
 
 
 def enrol(

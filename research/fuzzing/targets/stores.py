@@ -24,7 +24,6 @@ from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
-from fpmatch.gallery.store.summary import summarize
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.registry import get_matcher
@@ -149,7 +148,7 @@ def _gallery(kept: Kept, *, encrypt: bool = False) -> Reader:
                     raise AssertionError(RESULTS)
                 if not {(one[0], one[3]) for one in found} <= single:
                     raise AssertionError("a template under another name")
-                summarize(gallery)
+                gallery.summarize()
                 shown = [f"{entry.label} {entry.source}" for entry in gallery.entries()]
                 shown += [failure.reason for failure in gallery.failures()]
         finally:

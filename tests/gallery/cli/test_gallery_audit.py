@@ -4,27 +4,21 @@ import hashlib
 import json
 
 import pytest
+from made_prints import entry_of
 
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.store.audit import OPERATOR, acting_as, check_audit
-from fpmatch.templates.minutiae import Minutiae, Template
 
 
 @pytest.fixture
 def gallery(tmp_path, run):
     """Return a gallery of two prints that keeps an audit."""
     where = str(tmp_path / "prints.db")
-    minutiae = Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6])
-    with open_gallery(where, create=True):
-        pass
+    open_gallery(where, create=True).close()
     assert run("gallery", "audit", "switch", where, "on").exit_code == 0
     with open_gallery(where) as opened, acting_as("ada"):
-        for subject in ("101", "102"):
-            label = Label(subject, "", "1")
-            template = Template(minutiae, 300, 400)
-            content = subject.encode().ljust(32)
-            opened.add([NewEntry(label, f"/prints/{subject}.png", content, template)])
+        opened.add([entry_of(1)])
+        opened.add([entry_of(2)])
     return where
 
 
@@ -55,20 +49,23 @@ def test_commands_are_events(gallery, run, tmp_path, prints, monkeypatch):
     assert identified["probe"] == hashlib.sha256(probe.read_bytes()).hexdigest()
     assert identified["candidates"] == [1]
     assert (verified["subject"], verified["best"], verified["match"]) == ("1", 1, True)
+    with open_gallery(where) as opened:
+        opened.add([entry_of(1)])
+        (_, packed), *_ = opened.packed_templates()
+    assert "score" not in result.stdout
+    assert packed.hex() not in run("gallery", "audit", "show", where, "--json").stdout
     text = run("gallery", "audit", "show", where).stdout
-    assert len(text.splitlines()) == 8
+    assert len(text.splitlines()) == 9
     assert "previous" not in text
 
 
 def test_an_audit_is_verified_until_it_is_switched_off(gallery, run):
     with open_gallery(gallery) as opened:
-        state = check_audit(opened)
-    assert run("gallery", "audit", "verify", gallery).stdout == (
-        f"3 events, last hash {state.last}\n"
-    )
-    expected = ("--expect", state.events, state.last)
+        events, last = check_audit(opened)
+    assert run("gallery", "audit", "verify", gallery).stdout == (f"3 events, last hash {last}\n")
+    expected = ("--expect", events, last)
     document = json.loads(run("gallery", "audit", "verify", gallery, "--json", *expected).stdout)
-    assert document == {"events": 3, "last": state.last}
+    assert document == {"events": 3, "last": last}
     run("gallery", "remove", gallery, "1")
     assert run("gallery", "audit", "verify", gallery, *expected).exit_code == 0
     assert run("gallery", "audit", "verify", gallery, "--expect", 3, "00").exit_code == 2

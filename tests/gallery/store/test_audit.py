@@ -1,7 +1,6 @@
 """The audit of a gallery: each event is stored with what it states, and cannot be changed."""
 
 import hashlib
-import json
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -20,7 +19,6 @@ from fpmatch.gallery.store.audit import (
     switch,
 )
 from fpmatch.gallery.tasks.api import identify
-from fpmatch.gallery.tasks.consistency import check_fingers
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
@@ -61,26 +59,7 @@ def test_changes_are_stored_with_their_events(audited):
     ]
     assert [one["number"] for one in removed["entries"]] == [1]
     assert (cleared["action"], cleared["count"]) == ("clear failures", 1)
-    assert check_audit(audited).events == 4
-
-
-def test_reads_are_stored(audited, where, tmp_path):
-    audited.add([entry("101"), entry("101", "2"), entry("102")])
-    identify(audited, audited.template(1))
-    export_gallery(where, tmp_path / "out", "json", "101")
-    list(check_fingers(audited))
-    audited.record("list", subject="101")
-    audited.record("identify", probe=b"picture", candidates=[3])
-    found = events(audited)[2:]
-    assert [event["action"] for event in found] == [
-        *("identify", "export", "check", "list", "identify")
-    ]
-    assert {1, 2, 3} >= set(found[0]["candidates"])
-    assert found[1]["entries"] == "1-2"
-    assert found[-1]["probe"] == hashlib.sha256(b"picture").hexdigest()
-    (_, packed), *_ = audited.packed_templates()
-    texts = list(map(json.dumps, events(audited)))
-    assert not any("score" in text or packed.hex() in text for text in texts)
+    assert check_audit(audited)[0] == 4
 
 
 def test_it_is_off_until_it_is_turned_on(where):
@@ -94,12 +73,12 @@ def test_it_is_off_until_it_is_turned_on(where):
         assert not switch(gallery, on=False)
         gallery.remove([2])
         gallery.record("list")
-        assert check_audit(gallery).events == 3
+        assert check_audit(gallery)[0] == 3
         assert switch(gallery, on=True)
         assert [event["action"] for event in events(gallery)] == [
             *("audit on", "enrol", "audit off", "audit on")
         ]
-        assert check_audit(gallery).events == 4  # what was removed meanwhile is not missed
+        assert check_audit(gallery)[0] == 4  # what was removed meanwhile is not missed
 
 
 def change(gallery, *statements):
@@ -130,15 +109,14 @@ def test_a_change_is_found(audited, statement, code):
 
 def test_a_chain_that_was_written_anew_is_found_by_an_earlier_state(audited):
     audited.add([entry("101")])
-    noted = check_audit(audited)
-    expect = (noted.events, noted.last)
+    expect = check_audit(audited)
     audited.record("list")
-    assert check_audit(audited, expect=expect).events == 3
+    assert check_audit(audited, expect=expect)[0] == 3
     change(audited, "DELETE FROM fpmatch_audit WHERE number > 1")
     refused(check_audit, audited, expect=expect, code="shortened")
     with audited.changing() as connection:
         audit.record(connection, "enrol", entries=[], failed=0)
-    assert check_audit(audited).events == 2
+    assert check_audit(audited)[0] == 2
     refused(check_audit, audited, expect=expect, code="changed")
 
 
@@ -188,7 +166,7 @@ def test_what_cannot_be_stored_is_not_done(audited, where, monkeypatch, tmp_path
     assert not (tmp_path / "out").exists()
     monkeypatch.undo()
     assert len(audited) == 1
-    assert check_audit(audited).events == 2
+    assert check_audit(audited)[0] == 2
 
 
 def test_several_programs_share_one_chain(audited, where):
@@ -200,5 +178,5 @@ def test_several_programs_share_one_chain(audited, where):
 
     with ThreadPoolExecutor(4) as pool:
         list(pool.map(enrol, "abcd"))
-    assert check_audit(audited).events == 41
+    assert check_audit(audited)[0] == 41
     assert len(audited) == 20

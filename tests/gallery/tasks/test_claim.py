@@ -11,7 +11,7 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.prints.reading import make_given_print
+from fpmatch.prints.reading import GivenPrint, make_given_print
 from fpmatch.templates.minutiae import Minutiae, Template
 
 SAMPLES = Path(__file__).resolve().parents[3] / "sample_data"
@@ -30,19 +30,20 @@ def claims(gallery, template):
 
 
 def test_all_impressions_of_the_subject_or_of_the_finger_count(claims, template):
-    checked = check_claim(claims, template, "ada")
+    probe = GivenPrint("probe", template)
+    checked = check_claim(claims, probe, "ada")
     assert [entry.id for entry in checked.entries] == [1, 2, 3]
     assert 40 < checked.result.verification.score <= checked.result.best_score
     document = checked.as_dict()
     assert (document["subject"], document["impressions"]) == ("ada", 3)
     assert document["best"]["id"] == 2
     assert checked.in_words().startswith("3 impressions of subject ada; the most similar is ")
-    of_finger = check_claim(claims, template, "ada", "right")
+    of_finger = check_claim(claims, probe, "ada", "right")
     references = [claims.template(k) for k in (2, 3)]
     assert of_finger.result.scores.tolist() == verify_finger(template, references).scores.tolist()
-    assert not check_claim(claims, template, "bob").result.verification.match
+    assert not check_claim(claims, probe, "bob").result.verification.match
     for claim in (("eve",), ("ada", "thumb")):
-        refused(check_claim, claims, template, *claim, code="unknown")
+        refused(check_claim, claims, probe, *claim, code="unknown")
 
 
 def test_a_probe_without_a_resolution_is_tried_at_others_for_a_lower_score(gallery):

@@ -7,8 +7,8 @@ from made_prints import entry_of, print_of
 
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.rows import pack_entry
-from fpmatch.gallery.tasks.consistency import check_fingers
-from fpmatch.gallery.tasks.screening import Enrolment, find_unmatched
+from fpmatch.gallery.tasks.consistency import check_fingers, find_unmatched
+from fpmatch.gallery.tasks.enrol import Enrolment
 from fpmatch.matching.compiled import COMPILED
 
 

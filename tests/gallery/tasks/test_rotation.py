@@ -1,5 +1,6 @@
 """Rotation of keys: all templates are sealed anew in one transaction; nothing stays readable."""
 
+import json
 import os
 import signal
 import subprocess
@@ -8,14 +9,12 @@ import sys
 import pytest
 from made_prints import changed, entries_of, entry_of, readable, refused, scattered
 
+from fpmatch.gallery import gallery as rotation
 from fpmatch.gallery.encryption.keys import add_key, load_keys, make_keys
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.gallery import open_gallery, rotate
 from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.stored_template import pack_template
-from fpmatch.gallery.store.summary import summarize
-from fpmatch.gallery.tasks import rotation
-from fpmatch.gallery.tasks.rotation import rotate
 from tests.gallery.conftest import remove_key
 
 PRINTS = [scattered(seed, 30) for seed in range(20)]
@@ -40,21 +39,21 @@ def packed(where):
 
 def keys_in_use(where):
     with open_gallery(where) as gallery:
-        return tuple(summarize(gallery)["keys"])
+        return tuple(gallery.summarize()["keys"])
 
 
 def test_a_plain_gallery_is_encrypted_while_another_is_open(where, source):
     make(where, encrypt=False)
     with open_gallery(where) as gallery, open_gallery(where) as other:
         assert len(list(other.templates())) == len(PRINTS)
-        assert rotate(gallery).sealed == len(PRINTS)
-        assert rotate(gallery).sealed == 0
+        assert rotate(gallery)["sealed"] == len(PRINTS)
+        assert rotate(gallery)["sealed"] == 0
         assert list(other.packed_templates()) == PACKED
         assert other.add([entry_of(99)]) == [None]
         add_key(source)
-        assert rotate(gallery).sealed == len(PRINTS) + 1
+        assert rotate(gallery)["sealed"] == len(PRINTS) + 1
         assert list(other.packed_templates())[:-1] == PACKED
-        assert summarize(gallery)["keys"] == [load_keys(source).current.id]
+        assert gallery.summarize()["keys"] == [load_keys(source).current.id]
 
 
 def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, source, monkeypatch):
@@ -76,7 +75,7 @@ def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, s
             with pytest.raises(ZeroDivisionError):
                 rotate(gallery)
         assert packed(path) == PACKED
-        assert rotate(gallery).sealed == 0
+        assert rotate(gallery)["sealed"] == 0
     remove_key(source, first)
     with open_gallery(path) as gallery:
         assert len(Search.open(gallery, engine=serial(), note=pytest.fail)) == len(PRINTS)
@@ -85,7 +84,7 @@ def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, s
 ROTATE = """
 import sys
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.tasks import rotation
+from fpmatch.gallery import gallery as rotation
 rotation._ROWS_PER_READ = 1
 with open_gallery(sys.argv[1]) as gallery:
     rotation.rotate(gallery, progress=lambda *state: print(*state, flush=True))
@@ -105,13 +104,16 @@ def test_a_killed_process_has_changed_nothing(tmp_path, source):
     assert (packed(path), keys_in_use(path)) == (PACKED, before)
 
 
-def test_a_damaged_entry_is_left_and_named(tmp_path, source):
+def test_a_damaged_entry_is_left_and_named(tmp_path, source, run):
     path = make(tmp_path / "g.db", encrypt=True)
     changed(path, "UPDATE fpmatch_entry SET subject = 'x' WHERE id = 4")
-    add_key(source)
+    key = add_key(source).current.id
+    result = run("gallery", "rewrite", path, "--encrypt", "--json")
+    assert (result.exit_code, "entry 4, left as it is" in result.stderr) == (1, True)
+    document = json.loads(result.stdout)
+    assert (document["key"], document["sealed"]) == (key, len(PRINTS) - 1)
+    assert [one["id"] for one in document["damaged"]] == [4]
     with open_gallery(path) as gallery:
-        done = rotate(gallery)
-        assert (list(done.damaged), done.sealed) == ([4], len(PRINTS) - 1)
         assert len(list(gallery.templates())) == len(PRINTS) - 1
         assert list(gallery.damaged) == [4]
 

@@ -25,8 +25,6 @@ from fpmatch.pointset.paper.matcher import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike, NDArray
 
 PointMatcher = Literal["triangles", "paper", "van-wamelen"]
@@ -48,7 +46,6 @@ def match_points(
     rho: float | None = None,
     area_tolerance: float | None = None,
     reflect: bool = False,
-    progress: Callable[[int, int], None] | None = None,
 ) -> PointMatch:
     """Find the transform that maps points of P onto points of Q, if there is one.
 
@@ -71,9 +68,6 @@ def match_points(
     reflect : bool
         Whether to seek mirrored maps too. Both the set and its mirror image are tried, and what
         is less expected by chance is the result (more pairs, for "paper" and "van-wamelen").
-    progress : callable, optional
-        Called by the matcher "triangles" with the number of transforms tried so far, and the limit
-        at which the search ends, while a search goes on. With `reflect` there are two searches.
 
     Returns
     -------
@@ -127,9 +121,7 @@ def match_points(
             return match_van_wamelen(
                 of_p, q, rho=share, lambda_=DEFAULT_LAMBDA, tolerance=tolerance
             )
-        return match_by_triangles(
-            of_p, q, tolerance=tolerance, max_chance=chance, progress=progress
-        )
+        return match_by_triangles(of_p, q, tolerance=tolerance, max_chance=chance)
 
     points = as_points(p, "p")
     match = search(points)

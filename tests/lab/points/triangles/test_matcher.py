@@ -90,14 +90,3 @@ def test_a_search_says_whether_it_ended_at_its_limit():
     whole = match_by_triangles(case.p[:6], case.q[:6], tolerance=1e-3)
     assert whole.transform is None
     assert whole.reason == "no transform that was tried pairs more points than expected by chance"
-
-
-@needs_compiled_kernels
-def test_progress_is_reported_while_a_search_goes_on():
-    p, q = np.random.default_rng(2).uniform(0, 1, (2, 3_000, 2))
-    reports = []
-    match = match_by_triangles(p, q, progress=lambda *report: reports.append(report))
-    assert "ended at its limit, after 300,000 proposals" in match.reason
-    assert {most for _, most in reports} == {300_000}
-    assert reports == sorted(reports)
-    assert 0 < reports[0][0] < 300_000

@@ -51,12 +51,12 @@ class TrialPlan:
     seed: int = 0
     budget_s: float = 0.7
     fewest_trials: int = 5
-    genuine_steps: int = 100_000_000
-    independent_steps: int = 20_000_000
+    genuine_steps: int = 1_000_000_000
+    independent_steps: int = 200_000_000
 
 
 # For a run of a minute: fewer pairs, less work, and no rows with more points of P.
-QUICK_PLAN: Final = TrialPlan(5, 5, 0, 0.15, 1, 500_000, 500_000)
+QUICK_PLAN: Final = TrialPlan(5, 5, 0, 0.15, 1, 5_000_000, 5_000_000)
 QUICK_LARGEST_M: Final = 100
 
 

@@ -40,7 +40,7 @@ ROOMS = {
     "paper": lambda room, p, q: room("pointset.paper.matcher").match_by_unit_circle(p, q),
     "rings": lambda room, p, _: room("pointset.paper.one_rings").prepare_points(p).rings,
     "van-wamelen": lambda room, p, q: room("lab.points.van_wamelen.matcher").match_van_wamelen(
-        p, q, rho=0.7, lambda_=0.6, max_steps=2_000
+        p, q, rho=0.7, lambda_=0.6, max_steps=20_000
     ),
 }
 

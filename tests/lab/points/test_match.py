@@ -145,7 +145,7 @@ BOUNDED = {
     "triangles": partial(match_by_triangles, max_proposals=20_000 if COMPILED else 200),
     "paper": match_by_unit_circle,
     "van-wamelen": partial(
-        match_van_wamelen, rho=0.6, lambda_=0.61, max_steps=2_000 if COMPILED else 200
+        match_van_wamelen, rho=0.6, lambda_=0.61, max_steps=20_000 if COMPILED else 2_000
     ),
 }
 """The matchers themselves, with an end to their work."""

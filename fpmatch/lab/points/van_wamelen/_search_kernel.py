@@ -2,16 +2,18 @@
 """Kernel: the search of van Wamelen, Li and Iyengar, from local to global matches.
 
 P (2, M) are points in [0, 1)²; Q is a grid of such, and indices of its points are in the order of
-its cells. A move is (s·cos θ, s·sin θ, tx, ty) of eq. (1). `steps` (1,) counts the places at which
-a point of Q was sought, the measure of work done. Interpreted, it runs as it stands.
+its cells. A move is (s·cos θ, s·sin θ, tx, ty) of eq. (1). `steps` (1,) counts the points and cells
+visited, the measure of work done. Interpreted, it runs as it stands.
 """
 
 import cython
 
 if cython.compiled:
     from cython.cimports.fpmatch.lab.points.triangles._overlay_kernel import fit_partners
+    from cython.cimports.fpmatch.pointset.geometry._grid_kernel import CellGrid
 else:
     from fpmatch.lab.points.triangles._overlay_kernel import fit_partners
+    from fpmatch.pointset.geometry._grid_kernel import CellGrid
 
 COMPILED = cython.compiled
 
@@ -19,7 +21,7 @@ COMPILED = cython.compiled
 @cython.locals(rank=cython.int)
 def search(
     p, grid, pivot, scene, near_p, near_q, bases, window, enough_near, enough, tolerance,
-    max_steps, move, partner, pair, taken, near, distance2, steps, found,
+    max_steps, move, partner, pair, taken, near, steps, found,
 ):  # fmt: skip
     """Map each `pivot` of P to each point of `scene`, a permutation of Q, until one pair matches.
 
@@ -29,9 +31,9 @@ def search(
     search gives up after `max_steps`.
 
     `near_p` (M, k) and `near_q` (N, k) are the neighbours, nearest first; `pair` (M,), `taken`
-    (N,), all 0, `near` and `distance2`, of at least k entries, are work space. ``found`` receives
-    the number of pairs (0: no match) and of local matches; ``partner`` (M,) the point of Q of each
-    of P or -1, and `move` the transform.
+    (N,), all 0, and `near` (k,) are work space. ``found`` receives the number of pairs (0: no
+    match) and of local matches; ``partner`` (M,) the point of Q of each of P or -1, and `move` the
+    transform.
     """
     k: cython.int = near_p.shape[1]
     half: cython.int = window // 2
@@ -47,18 +49,18 @@ def search(
                     if not map_segment(p, at, near_p[at, base], grid, q, near_q[q, rank], move):
                         continue
                     if not match_locally(
-                        p, near_p[at], grid, move, 2.0 * tolerance, enough_near, near, steps
+                        p, near_p[at], grid, move, 2.0 * tolerance, enough_near, near, taken, steps
                     ):
                         continue
                     found[1] += 1
-                    partner[:] = -1
+                    for n in range(partner.shape[0]):
+                        partner[n] = -1
                     for n in range(k):
                         partner[near_p[at, n]] = near[n]
                     partner[at] = q
                     found[0] = match_globally(
-                        p, grid, tolerance, enough, max_steps, move, partner, pair, taken,
-                        near, distance2, steps,
-                    )  # fmt: skip
+                        p, grid, tolerance, enough, max_steps, move, partner, pair, taken, steps
+                    )
                     if found[0] > 0:
                         return
 
@@ -78,7 +80,7 @@ def map_segment(p, i, i_base, grid, q, q_base, move):
 
 
 @cython.locals(n=cython.Py_ssize_t)
-def match_locally(p, near_p, grid, move, reach, enough, near, steps):
+def match_locally(p, near_p, grid, move, reach, enough, near, taken, steps):
     """Return whether `enough` of the neighbours are moved to within `reach` of a point of Q.
 
     ``near`` receives the point of Q nearest to each image, or -1.
@@ -87,8 +89,7 @@ def match_locally(p, near_p, grid, move, reach, enough, near, steps):
     for n in range(near_p.shape[0]):
         x = move[2] + move[0] * p[0, near_p[n]] - move[1] * p[1, near_p[n]]
         y = move[3] + move[1] * p[0, near_p[n]] + move[0] * p[1, near_p[n]]
-        steps[0] += 1
-        near[n] = grid.nearest(x, y, reach * reach)
+        near[n] = nearest_free(grid, x, y, reach, taken, steps)
         if near[n] < 0:
             missing += 1
             if near_p.shape[0] - missing < enough:
@@ -97,9 +98,7 @@ def match_locally(p, near_p, grid, move, reach, enough, near, steps):
 
 
 @cython.locals(i=cython.Py_ssize_t)
-def match_globally(
-    p, grid, tolerance, enough, max_steps, move, partner, pair, taken, near, distance2, steps
-):
+def match_globally(p, grid, tolerance, enough, max_steps, move, partner, pair, taken, steps):
     """Fit and pair in turn, starting with `partner`, until the number of pairs stops growing.
 
     Return it, 0 where they are not `enough`. They are then ``partner``, each within `tolerance`
@@ -108,12 +107,11 @@ def match_globally(
     count: cython.int = 0
     a = b = tx = ty = 0.0
     while fit_partners(p, grid, partner, move):
-        more = pair_within(
-            p, grid, move, tolerance, count, max_steps, pair, taken, near, distance2, steps
-        )
+        more = pair_within(p, grid, move, tolerance, count, max_steps, pair, taken, steps)
         if more < count or more == 0:
             break
-        partner[:] = pair
+        for i in range(partner.shape[0]):
+            partner[i] = pair[i]
         a, b, tx, ty = move[0], move[1], move[2], move[3]
         if more == count:
             break
@@ -122,8 +120,8 @@ def match_globally(
     return count if count >= enough else 0
 
 
-@cython.locals(i=cython.Py_ssize_t, at=cython.int)
-def pair_within(p, grid, move, tolerance, enough, max_steps, pair, taken, near, distance2, steps):
+@cython.locals(i=cython.Py_ssize_t)
+def pair_within(p, grid, move, tolerance, enough, max_steps, pair, taken, steps):
     """Pair each image of P with the nearest point of Q within `tolerance` that is still free.
 
     Return the number of pairs, or 0 as soon as they can no longer be `enough` or the work is too
@@ -131,21 +129,13 @@ def pair_within(p, grid, move, tolerance, enough, max_steps, pair, taken, near, 
     """
     count: cython.int = 0
     m: cython.int = p.shape[1]
-    reach2 = tolerance * tolerance
-    pair[:] = -1
     for i in range(m):
+        pair[i] = -1
         if count + m - i < enough or steps[0] >= max_steps:
-            break
+            continue
         x = move[2] + move[0] * p[0, i] - move[1] * p[1, i]
         y = move[3] + move[1] * p[0, i] + move[0] * p[1, i]
-        steps[0] += 1
-        at = grid.nearest(x, y, reach2)
-        if at >= 0 and taken[at]:
-            at = -1
-            for e in range(grid.within(x, y, reach2, near.shape[0], near, distance2, 0)):
-                if not taken[near[e]]:
-                    at = near[e]
-                    break
+        at = nearest_free(grid, x, y, tolerance, taken, steps)
         if at >= 0:
             taken[at] = 1
             pair[i] = at
@@ -154,3 +144,30 @@ def pair_within(p, grid, move, tolerance, enough, max_steps, pair, taken, near, 
         if pair[i] >= 0:
             taken[pair[i]] = 0
     return count if count >= enough and steps[0] < max_steps else 0
+
+
+@cython.ccall
+@cython.inline
+@cython.exceptval(check=False)
+def nearest_free(
+    grid: CellGrid, x: cython.double, y: cython.double, reach: cython.double,
+    taken: cython.int[::1], steps: cython.longlong[::1],
+) -> cython.int:  # fmt: skip
+    """Return the point nearest to (x, y), not `taken`, nearer than `reach`; -1 for none."""
+    cython.declare(row=cython.Py_ssize_t, j=cython.Py_ssize_t)
+    if x < grid.x0 - reach or y < grid.y0 - reach or x > grid.x1 + reach or y > grid.y1 + reach:
+        return -1
+    nearest: cython.int = -1
+    least: cython.double = reach * reach
+    left, top, right, bottom = grid.around(x, y, reach)
+    for row in range(top, bottom):
+        begin = grid.start[row * grid.columns + left]
+        end = grid.start[row * grid.columns + right]
+        steps[0] += 1 + end - begin
+        for j in range(begin, end):
+            dx, dy = grid.x[j] - x, grid.y[j] - y
+            distance2 = dx * dx + dy * dy
+            if distance2 < least and taken[j] == 0:
+                least = distance2
+                nearest = j
+    return nearest

@@ -54,13 +54,11 @@ MIN_POINTS: Final = 3
 MAX_NEIGHBOURS: Final = 256
 """Bound of k, and of the memory for the lists, where ρ is hardly more than λ²/4."""
 
-MAX_STEPS: Final = 200_000_000
-"""Default bound of a search: places where a point of Q is sought, some tens of seconds."""
+MAX_STEPS: Final = 2_000_000_000
+"""Default bound of a search: points and cells visited, some tens of seconds."""
 
 BASE_DOUBT: Final = 0.05
 """Chance that none of the base neighbours has a partner, in the formula for k2."""
-
-_CANDIDATES: Final = 12  # points nearest to a place, of which one that is free is taken
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +87,7 @@ def match_van_wamelen(
     The share `rho` of `p`, in (0, 1] and more than λ²/4, must be paired. `lambda_` is the matching
     distance in mean nearest-neighbour distances of `q`; with a `tolerance`, the matching distance
     in the units of `q`, λ determines the sizes of lists and windows only. `max_steps` bounds the
-    places at which a point of Q is sought. Returned is the first transform of `p` onto `q` that
+    points and cells visited. Returned is the first transform of `p` onto `q` that
     pairs ρM points, or none. Raises PointSetError if a set or a parameter cannot be used.
     """
     given_p, given_q = as_points(p, "p"), as_points(q, "q")
@@ -109,19 +107,18 @@ def match_van_wamelen(
     # a permutation of the set as given: the search is the same whatever the grid
     scene = order.argsort()[rng.permutation(n)].astype(np.int32)
     move, partner, pair = np.empty(4), np.empty(m, np.int32), np.empty(m, np.int32)
-    room, steps, counts = max(k, _CANDIDATES), np.zeros(1, np.int64), np.zeros(2, np.int32)
+    steps, counts = np.zeros(1, np.int64), np.zeros(2, np.int32)
     near_q = nearest_neighbours(np.column_stack([grid.x, grid.y]), k)
     kernel.search(
         *(unit, grid, pivots, scene, nearest_neighbours(unit.T, k), near_q),
         *(plan.bases, plan.window, plan.enough_near, plan.enough, reach, max_steps, move),
-        *(partner, pair, np.zeros(n, np.int32), np.empty(room, np.int32), np.empty(room)),
-        *(steps, counts),
+        *(partner, pair, np.zeros(n, np.int32), np.empty(k, np.int32), steps, counts),
     )
     pairs, local_matches = counts.tolist()
     if not pairs:
         reason = f"no transform that was tried pairs {plan.enough:,} points, a share rho of P"
         if steps[0] >= max_steps:
-            reason += "; the search ended at its limit of places visited"
+            reason += "; the search ended at its limit of points and cells visited"
         return PointMatch.none(local_matches, reason)
     in_p = np.flatnonzero(partner >= 0)
     in_q = order[partner[in_p]]
@@ -169,7 +166,6 @@ def sort_set(unit: Floats) -> tuple[CellGrid, float]:
     side = math.sqrt(area / n)
     high = tuple(unit.max(axis=0).tolist())
     grid = sort_into_cells(np.array(unit.T, order="C"), side or 1.0, low=(0.0, 0.0), high=high)
-    grid.split_crowds()
     return grid, 0.5 * side
 
 

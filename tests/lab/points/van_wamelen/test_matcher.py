@@ -24,7 +24,7 @@ from research.points.random_sets import independent_pair, random_pair
 
 COMPILED = _search_kernel.COMPILED
 TRIALS = 10 if COMPILED else 2
-LITTLE_WORK = 20_000 if COMPILED else 2_000
+LITTLE_WORK = 200_000 if COMPILED else 20_000
 
 SETTINGS = [(0.95, 0.175, 0.428), (0.6, 0.25, 0.61), (0.9, 0.4, 0.84)]
 

@@ -197,17 +197,16 @@ def _document(match: PointMatch, *, reflect: bool) -> dict[str, Any]:
 
     Whether the map is mirrored is left out unless `reflect` is set.
     """
-    t = match.transform
-    transform = t and {name: getattr(t, name) for name in ("scale", "rotation_deg", "tx", "ty")}
-    if t is not None and transform is not None:
-        transform |= {"mirrored": t.mirrored} if reflect else {}
-        transform["matrix"] = t.matrix.tolist()
+    t, transform = match.transform, None
+    if t is not None:
+        names = ("scale", "rotation_deg", "tx", "ty", "mirrored")[: None if reflect else 4]
+        transform = {**{name: getattr(t, name) for name in names}, "matrix": t.matrix.tolist()}
     return {
         "match": t is not None,
         "transform": transform,
         "pairs": match.pairs.tolist(),
         "matched_share": match.matched_share,
-        "rms": t and match.rms,
+        "rms": None if t is None else match.rms,
         "chance": match.chance,
         "local_matches": match.local_matches,
         "reason": match.reason,

@@ -5,6 +5,7 @@ P is blue and filled, Q orange and hollow.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -13,7 +14,6 @@ from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.palette import hexadecimal
 from fpmatch.lab.explain.steps import Step
 from fpmatch.lab.plots.style import figure_bytes, plain_style
-from fpmatch.templates.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -26,10 +26,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.integer[Any]]
 
-MARKS: Final = {
-    "P": hexadecimal(palette.PROBE_MARK),
-    "Q": hexadecimal(palette.REFERENCE_MARK),
-}
+MARKS: Final = {"P": hexadecimal(palette.PROBE_MARK), "Q": hexadecimal(palette.REFERENCE_MARK)}
 FILLS: Final = {"P": MARKS["P"], "Q": "none"}
 GREY, TEXT = hexadecimal(palette.NEUTRAL_INK), hexadecimal(palette.TEXT)
 KEPT, LEFT = hexadecimal(palette.MATCH), hexadecimal(palette.NO_MATCH)
@@ -95,25 +92,19 @@ def labels(axes: Axes, xy: Floats) -> None:
 
 
 def points_step(sides: Sides) -> Step:
-    """Show the points that the matcher is given; of minutiae also their directions and kinds."""
+    """Show the points that the matcher is given; of minutiae also their directions."""
 
     def both(*axes: Axes) -> None:
         for ax, side in zip(axes, sides, strict=True):
             ground(ax, side, f"{side.letter}: {side.name}")
+            dots(ax, side, side.z)
             if side.print_ is None:
-                dots(ax, side, side.z)
                 continue
-            m, colour = side.print_.template.minutiae, MARKS[side.letter]
+            m = side.print_.template.minutiae
             at, angle = m.xy[side.index], m.angle[side.index]
-            forks = m.kind[side.index] == MinutiaKind.BIFURCATION
-            for marker, which in (("o", ~forks), ("s", forks)):
-                ax.plot(
-                    *at[which].T, marker, color=colour, markerfacecolor=FILLS[side.letter],
-                    linestyle="",
-                )  # fmt: skip
             tick = np.column_stack([np.cos(angle), -np.sin(angle)])
             tips = at + _TICK_PX * side.print_.template.dpi / 500.0 * tick
-            lines(ax, np.stack([at, tips], axis=1), colour, 1.5)
+            lines(ax, np.stack([at, tips], axis=1), MARKS[side.letter], 1.5)
 
     numbers = {
         side.letter.lower(): {
@@ -183,37 +174,48 @@ def ring_on(axes: Axes, ring: Ring, which: int, title: str, weights: Floats | No
     labels(axes, xy)
 
 
-def circle_picture(
-    ring: Ring, images: tuple[complex | None, complex | None] = (None, None)
-) -> bytes:
+def ring_steps(
+    ring: Ring | None,
+    which: int,
+    weights: Floats,
+    circle: dict[str, Any],
+    weighed: dict[str, Any],
+    images: tuple[complex | None, complex | None] = (None, None),
+) -> list[Step]:
+    """Show a ring on the unit circle, and the weights of the centre in one of its sides.
+
+    `circle` and `weighed` are further numbers of the two steps, `images` those of the centres.
+    """
+    if ring is None:
+        return [Step("unit_circle")]
+    letter = ring.sides[which].letter
+    title = f"{letter}: points as large as their weights"
+    picture = draw(1, lambda axes: ring_on(axes, ring, which, title, weights))
+    numbers = {"first": letter, "weights": weights.tolist(), **weighed}
+    return [
+        Step("unit_circle", draw(3, partial(_circle, ring, images)), {**circle, **ring.numbers()}),
+        Step("weights", picture, numbers),
+    ]
+
+
+def _circle(ring: Ring, images: tuple[complex | None, complex | None], *axes: Axes) -> None:
     """Draw a ring in both sides, and its places and the images of its centres on one circle."""
+    from matplotlib.patches import Circle  # noqa: PLC0415
 
-    def three(*axes: Axes) -> None:
-        from matplotlib.patches import Circle  # noqa: PLC0415
-
-        circle = axes[2]
-        circle.set(aspect="equal", xlim=(-1.35, 1.35), ylim=(-1.35, 1.35), xticks=[], yticks=[])
-        circle.set_title(f"Unit circle, P rotated by {np.degrees(ring.turn):.1f}°", loc="left")
-        circle.add_patch(Circle((0, 0), 1.0, fill=False, color=GREY))
-        for k, (side, angles) in enumerate(zip(ring.sides, ring.turned, strict=True)):
-            ring_on(axes[k], ring, k, f"{side.letter}: the ring")
-            colour, fill, size = MARKS[side.letter], FILLS[side.letter], (7.0, 12.0)[k]
-            z = np.exp(1j * np.append(angles, angles[0]))
-            circle.plot(z.real, z.imag, "o-", color=colour, markerfacecolor=fill, markersize=size)
-            if (image := images[k]) is not None:
-                at = image * np.exp(1j * (0.0 if k else ring.turn))
-                circle.plot(
-                    at.real, at.imag, "*", color=colour, markerfacecolor=fill, markersize=size
-                )
-        labels(circle, np.column_stack([np.cos(ring.angles[1]), np.sin(ring.angles[1])]))
-
-    return draw(3, three)
-
-
-def weights_picture(ring: Ring, which: int, weights: Floats) -> bytes:
-    """Draw a ring of one side, its points as large as the weights of the centre."""
-    title = f"{ring.sides[which].letter}: points as large as their weights"
-    return draw(1, lambda axes: ring_on(axes, ring, which, title, weights))
+    circle = axes[2]
+    circle.set(aspect="equal", xlim=(-1.35, 1.35), ylim=(-1.35, 1.35), xticks=[], yticks=[])
+    circle.set_title(f"Unit circle, P rotated by {np.degrees(ring.turn):.1f}°", loc="left")
+    circle.add_patch(Circle((0, 0), 1.0, fill=False, color=GREY))
+    for k, (side, angles) in enumerate(zip(ring.sides, ring.angles, strict=True)):
+        ring_on(axes[k], ring, k, f"{side.letter}: the ring")
+        style: Any = {"color": MARKS[side.letter], "markerfacecolor": FILLS[side.letter]}
+        style["markersize"] = (7.0, 12.0)[k]
+        turn = np.exp(1j * (0.0 if k else ring.turn))
+        z = turn * np.exp(1j * np.append(angles, angles[0]))
+        circle.plot(z.real, z.imag, "o-", **style)
+        if (image := images[k]) is not None:
+            circle.plot((turn * image).real, (turn * image).imag, "*", **style)
+    labels(circle, np.column_stack([np.cos(ring.angles[1]), np.sin(ring.angles[1])]))
 
 
 def superposed(sides: Sides, moved: Plane, pairs: tuple[Numbers, Numbers]) -> bytes:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
 from fpmatch.errors import FpmatchError
-from fpmatch.lab.plots.style import short_name
 from fpmatch.pointset.delaunay.triangulate import triangulate
 
 if TYPE_CHECKING:
@@ -48,17 +46,12 @@ class Side:
     """One print, or point set, of N points."""
 
     letter: Letter
-    path: str
+    name: str  # of the file, as titles show it
     z: Plane  # (N,): x + iy as the matcher takes them
     index: NDArray[np.intp]  # (N,): places among the minutiae of the template, or rows of the file
     unit: float = 1.0  # length shown of one of the matcher's units
     flipped: bool = False  # whether the matcher's y points up, that of the image down
     print_: GivenPrint | None = None
-
-    @property
-    def name(self) -> str:
-        """Name of the file, as titles show it."""
-        return short_name(Path(self.path).name)
 
     @cached_property
     def mesh(self) -> Triangulation:
@@ -91,28 +84,16 @@ class Ring:
     angles: tuple[Floats, Floats]  # (d,) each: eq. (3), in radians
     turn: float  # in radians, by which P's circle is rotated onto Q's
 
-    def __len__(self) -> int:
-        return len(self.points[0])
-
     @property
     def paired(self) -> NDArray[np.bool_]:
         """Which points are no frame points."""
         return np.array([name != FRAME_NAME for name in self.names[0]])
 
-    @property
-    def turned(self) -> tuple[Floats, Floats]:
-        """Places on the circle, those of P rotated, in radians."""
-        return self.angles[0] + self.turn, self.angles[1]
-
-    @property
-    def apart(self) -> Floats:
-        """Angles in radians from the places of P, after the rotation, to the places of Q."""
-        return np.asarray(np.angle(np.exp(1j * (self.turned[1] - self.turned[0]))))
-
     def numbers(self) -> dict[str, Any]:
-        """Return the ring, angles in degrees."""
-        p, q = (np.degrees(of % (2 * np.pi)).tolist() for of in self.turned)
-        apart = np.degrees(self.apart)
+        """Return the ring, angles in degrees: places on the circle, and how far they are apart."""
+        turned = self.angles[0] + self.turn
+        p, q = (np.degrees(of % (2 * np.pi)).tolist() for of in (turned, self.angles[1]))
+        apart = np.degrees(np.angle(np.exp(1j * (self.angles[1] - turned))))
         keys = "p", "q", "place_p", "place_q", "apart"
         rows = zip(*self.names, p, q, apart.tolist(), strict=True)
         return {
@@ -135,7 +116,7 @@ def chosen_pair(
     for k, ring in enumerate(rings):
         if ring is not None:
             gap = min(float(np.diff(a, append=a[0] + 2 * np.pi).min()) for a in ring.angles)
-            easy = len(ring) in EASY_RING
+            easy = len(ring.names[0]) in EASY_RING
             clarity[k] = bool(ring.paired.all()), easy, gap * agreement[k]
     if asked is None:
         return max(clarity, key=lambda k: clarity[k]) if clarity else None

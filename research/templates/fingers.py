@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.lab.synthesis.classes import NATURAL_SHARES, SINGULAR_RANGES, PatternClass
 from fpmatch.lab.synthesis.master import AVERAGE_ROWS, PERIOD_LEVELS, MasterParameters
 from fpmatch.lab.synthesis.noise import NO_IMPRESSION
-from fpmatch.lab.synthesis.orientation import ARCHING
+from fpmatch.lab.synthesis.orientation import ARCHING, NATURAL_SHARES, SINGULAR_RANGES, PatternClass
 from research.templates.numbers import (
     HALF,
     MASK,

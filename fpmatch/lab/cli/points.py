@@ -14,7 +14,7 @@ from fpmatch.base.parameters import Parameter, parameters_of, read_parameters
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import show
 from fpmatch.cli.options import FILE, file_option, json_option
-from fpmatch.errors import PointSetError, did_you_mean
+from fpmatch.errors import PointSetError, did_you_mean, unknown_name
 from fpmatch.lab.plots.style import check_plot, match_facts
 from fpmatch.lab.points.match import POINT_MATCHERS, match_points
 from fpmatch.lab.points.points_csv import XY, load_table
@@ -183,6 +183,8 @@ def points(
 def _chosen(text: str, tolerance: float | None) -> dict[str, Any]:
     """Return the matcher that a text states and its parameters, None where not given."""
     name, _, stated = text.partition(":")
+    if name not in POINT_MATCHERS:
+        raise PointSetError(unknown_name("matcher", name, POINT_MATCHERS))
     owner = f"matcher {name}"
     given = read_parameters(stated, owner) if stated else {}
     for unknown in given.keys() - _PARAMETERS.keys():

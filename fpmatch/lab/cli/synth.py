@@ -15,9 +15,8 @@ from fpmatch.cli.notes import show
 from fpmatch.cli.options import json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import workers_option
-from fpmatch.lab.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
+from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, SENSORS, Sensor, plain_sensor
 from fpmatch.printable import count, json_text, printable
 
 _PRESETS: Final = {

@@ -171,7 +171,7 @@ def _neighbours(m: DefaultMethod, chosen: int | None) -> Step:
 
     def one(axes: Axes) -> None:
         axes.set(aspect="equal", xticks=[], yticks=[])
-        axes.set_title("Both directions to the right; lines: counterparts", loc="left")
+        axes.set_title("Both minutiae in the middle, directions to the right", loc="left")
         axes.annotate("", (30, 0), (0, 0), arrowprops={"arrowstyle": "->", "lw": 2})
         ends = [(frames[0][:2, k], frames[1][:2, n]) for k, n in best]
         draw.lines(axes, np.reshape(ends, (-1, 2, 2)), draw.TEXT, 1.5)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.lab.synthesis.contact import is_legible, outline_radius, press, smear, stain
-from fpmatch.lab.synthesis.develop import develop, framed
 from fpmatch.lab.synthesis.noise import random_streams
+from fpmatch.lab.synthesis.sensor import develop, framed
 from fpmatch.lab.synthesis.skin import detailed_skin, skin_of
 from fpmatch.lab.synthesis.warp import draw_warp
 from fpmatch.pointset.geometry.similarity import Similarity

@@ -14,9 +14,8 @@ from fpmatch.lab.synthesis.contact import (
     press,
     stain,
 )
-from fpmatch.lab.synthesis.develop import develop, framed
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
+from fpmatch.lab.synthesis.sensor import SENSORS, Sensor, develop, framed
 
 SHAPE = (130, 110)
 Y, X = np.mgrid[-1.4 : 1.4 : SHAPE[0] * 1j, -1.4 : 1.4 : SHAPE[1] * 1j]

@@ -17,7 +17,7 @@ from fpmatch.errors import DatasetError, ImageError, OutputError
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.synthesis.database import DatabaseMade, make_database
 from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.plan import plain_sensor
+from fpmatch.lab.synthesis.sensor import plain_sensor
 
 SMALL = MasterParameters(shape=(96, 96))
 TINY = plain_sensor(64, 72)
@@ -106,7 +106,7 @@ import signal
 import sys
 from fpmatch.lab.synthesis import database
 from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.plan import plain_sensor
+from fpmatch.lab.synthesis.sensor import plain_sensor
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a background job
     write, left = database._write, [int(sys.argv[2])]

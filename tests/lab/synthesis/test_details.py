@@ -8,11 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fpmatch.lab.synthesis.contact import Contact
-from fpmatch.lab.synthesis.develop import develop, draw_card
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import SENSORS, Sensor, as_set
+from fpmatch.lab.synthesis.sensor import SENSORS, Sensor, as_set, develop, draw_card
 
 SIDE = 90
 PLAIN = Sensor("plain", SIDE, SIDE, paper=220.0, noise=0.0, specks=0, ink_variation=0.0)

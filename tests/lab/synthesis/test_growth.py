@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fpmatch.lab.synthesis.growth import GrowthParameters, grow_ridges, without_dots_and_holes
-from fpmatch.lab.synthesis.master_minutiae import MinutiaeParameters, list_minutiae
+from fpmatch.lab.synthesis.master import MinutiaeParameters, list_minutiae
 from fpmatch.templates.minutiae import MinutiaKind
 
 SHAPE = (120, 128)

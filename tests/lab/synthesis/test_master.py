@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from fpmatch.lab.synthesis.classes import PatternClass
 from fpmatch.lab.synthesis.master import (
     PERIOD_LEVELS,
     MasterParameters,
@@ -19,6 +18,7 @@ from fpmatch.lab.synthesis.master import (
     make_master,
     ridge_period,
 )
+from fpmatch.lab.synthesis.orientation import PatternClass
 
 SMALL = MasterParameters(shape=(224, 176))
 ARRAYS = ("orientation", "period", "relief", "silhouette", "cores", "deltas")

@@ -3,16 +3,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.lab.synthesis.classes import (
+from fpmatch.lab.synthesis.orientation import (
     NATURAL_SHARES,
     SINGULAR_RANGES,
+    OrientationParameters,
     PatternClass,
+    ZeroPoleParameters,
     draw_pattern,
     draw_singular_points,
-)
-from fpmatch.lab.synthesis.orientation import (
-    OrientationParameters,
-    ZeroPoleParameters,
     ridge_orientation,
     zero_pole_turning,
 )

@@ -4,9 +4,9 @@ from dataclasses import replace
 import pytest
 
 from fpmatch.errors import DatasetError, ImageError, ResolutionError
+from fpmatch.lab.synthesis.database import Plan, check_same_plan
 from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
-from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
+from fpmatch.lab.synthesis.sensor import SENSORS, Sensor, plain_sensor, sensors_named
 
 PLAN = Plan(7, "normal", sensors_named(["optical-388x374", "optical-296x560"]), 4)
 

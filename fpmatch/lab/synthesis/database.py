@@ -98,7 +98,12 @@ class Plan:
             dpi = resolutions.pop()
             top["dpi"] = int(dpi) if dpi.is_integer() else dpi
         top["sensor"] = ", ".join(f"synthetic {sensor.name}" for sensor in self.sensors)
-        return f"{_toml(top)}\n[synthesis]\n{_toml(self.table())}"
+        # TOML writes text, numbers and lists of them as JSON does
+        parts = [
+            "".join(f"{key} = {json.dumps(value)}\n" for key, value in table.items())
+            for table in (top, self.table())
+        ]
+        return "\n[synthesis]\n".join(parts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +161,18 @@ def make_database(
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with folder_lock(folder, wait=False):
-            _claim(folder, plan)
+            description, truths = folder / DESCRIPTION_FILE, folder / TRUTH_FOLDER
+            remove_unfinished(folder)
+            if description.exists():
+                check_same_plan(description, plan)
+            elif any(folder.iterdir()):
+                raise DatasetError(
+                    f"{folder}: holds files but no {DESCRIPTION_FILE}: not made by fpmatch synth"
+                )
+            else:
+                atomic_write_bytes(description, plan.description().encode("ascii"), public=True)
+            truths.mkdir(exist_ok=True)
+            remove_unfinished(truths)
             files = {n: _files(folder, n, plan) for n in numbers}
             missing = [n for n in numbers if not all(path.is_file() for path in files[n])]
             progress(STAGE, fingers - len(missing), fingers)
@@ -170,7 +186,7 @@ def make_database(
         raise DatasetError(f"{folder}: another process is making it") from error
     except OSError as error:
         raise OutputError(f"{folder}: cannot be used: {reason(error)}") from error
-    written = folder / DESCRIPTION_FILE, *chain.from_iterable(files.values())
+    written = description, *chain.from_iterable(files.values())
     size = sum(path.stat().st_size for path in written)
     return DatabaseMade(folder, fingers, impressions, len(missing), size)
 
@@ -179,39 +195,14 @@ def check_same_plan(path: Path, plan: Plan) -> None:
     """Raise DatasetError if the ``dataset.toml`` at `path` describes another plan."""
     try:
         stated = parse_toml(path.read_bytes()).get("synthesis")
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot be read: {error.strerror}") from error
-    except ParseError as error:
+    except (OSError, ParseError) as error:
         raise DatasetError(f"{path}: not a readable TOML file: {error}") from error
-    if not isinstance(stated, dict):
-        raise DatasetError(f"{path}: describes prints that were not made by fpmatch synth")
     for key, value in plan.table().items():
-        if stated.get(key) != value:
+        if not isinstance(stated, dict) or stated.get(key) != value:
+            there = stated.get(key) if isinstance(stated, dict) else None
             raise DatasetError(
-                f"{path}: the prints there were made with {key} {stated.get(key)!r}, not {value!r}"
+                f"{path}: the prints there were made with {key} {there!r}, not {value!r}"
             )
-
-
-def _toml(entries: dict[str, Any]) -> str:
-    """Return entries whose values TOML writes as JSON does: text, numbers, and lists of them."""
-    return "".join(f"{key} = {json.dumps(value)}\n" for key, value in entries.items())
-
-
-def _claim(folder: Path, plan: Plan) -> None:
-    """Check that a folder is empty or the database of `plan`; write its description."""
-    description, truths = folder / DESCRIPTION_FILE, folder / TRUTH_FOLDER
-    remove_unfinished(folder)
-    if description.exists():
-        check_same_plan(description, plan)
-    elif any(folder.iterdir()):
-        raise DatasetError(
-            f"{folder}: holds files but no {DESCRIPTION_FILE}: not made by fpmatch synth, "
-            "and left as it is"
-        )
-    else:
-        atomic_write_bytes(description, plan.description().encode("ascii"), public=True)
-    truths.mkdir(exist_ok=True)
-    remove_unfinished(truths)
 
 
 def _files(folder: Path, number: int, plan: Plan) -> list[Path]:

@@ -7,7 +7,6 @@ Cappelli, Erol, Maio, Maltoni, "Synthetic fingerprint-image generation", ICPR 20
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -20,28 +19,19 @@ if TYPE_CHECKING:
 
 _STEPS: Final = 2.0**20  # of cosines and weights, which are rounded so that machines agree
 
-
-@dataclass(frozen=True, slots=True)
-class GrowthParameters:
-    """Set the growth of ridges; lengths in ridge periods."""
-
-    across_sigma: float = 0.45  # width of the oriented filter
-    along_sigma: float = 0.6
-    along_reach: float = 1.6
-    taps_across: int = 8  # on either side
-    taps_along: int = 8
-    seeds_per_square_period: float = 0.7
-    steps: int = 18  # enough to fill the print; more remove minutiae
-    gain: float = 3.0  # before clipping to -1..1; more grows faster
-    blur: float = 0.08  # weight of a neighbour; hides the rounding of taps to pixels
-    final_gain: float = 1.0  # of the filtered relief: flatness of ridges and valleys
-    dot: float = 0.6  # largest area of a spot or hole that is smoothed away, periods squared
-    settling_steps: int = 3  # steps after that
+# Lengths are ridge periods.
+ACROSS_SIGMA: Final = 0.45  # width of the oriented filter
+ALONG_SIGMA, ALONG_REACH = 0.6, 1.6
+TAPS: Final = 8  # on either side, across and along
+SEEDS_PER_SQUARE_PERIOD: Final = 0.7
+STEPS: Final = 18  # enough to fill the print; more remove minutiae
+GAIN: Final = 3.0  # before clipping to -1..1; more grows faster
+BLUR: Final = 0.08  # weight of a neighbour; hides the rounding of taps to pixels
+DOT: Final = 0.6  # largest area of a spot or hole that is smoothed away, periods squared
+SETTLING_STEPS: Final = 3  # steps after that
 
 
-def grow_ridges(
-    orientation: Field, period: Field, rng: np.random.Generator, p: GrowthParameters
-) -> Field:
+def grow_ridges(orientation: Field, period: Field, rng: np.random.Generator) -> Field:
     """Grow ridges along an orientation field until they fill the print.
 
     `orientation` is in radians, counter-clockwise on screen, `period` in pixels, both (H, W). The
@@ -49,24 +39,23 @@ def grow_ridges(
     then a Gaussian along them, each a weighted sum of nearest pixels. Returns the relief (H, W),
     from -1 in the valleys to 1 on the ridges.
     """
-    across, along = _filters(orientation, period, p)
+    across, along = _filters(orientation, period)
     relief = np.zeros(orientation.size, np.float32)
     mean_period = float(np.mean(period, dtype=np.float64))
-    seeds = int(p.seeds_per_square_period * relief.size / mean_period**2)
+    seeds = int(SEEDS_PER_SQUARE_PERIOD * relief.size / mean_period**2)
     relief[rng.integers(0, relief.size, max(seeds, 1))] = 1.0
-    gain, blur = np.float32(p.gain), np.float32(p.blur)
+    gain, blur = np.float32(GAIN), np.float32(BLUR)
     own = 1 - 2 * blur
-    for step in range(p.steps):
-        if p.steps - step == p.settling_steps:
-            smooth = without_dots_and_holes(relief.reshape(orientation.shape), p.dot * period**2)
+    for step in range(STEPS):
+        if STEPS - step == SETTLING_STEPS:
+            smooth = without_dots_and_holes(relief.reshape(orientation.shape), DOT * period**2)
             relief = smooth.ravel()
         relief = np.clip(gain * relief, -1, 1)
         relief = _weighted_sum(_weighted_sum(relief, across), along)
         padded = np.pad(relief.reshape(orientation.shape), 1, mode="edge")
         padded = own * padded[1:-1] + blur * (padded[:-2] + padded[2:])
         relief = (own * padded[:, 1:-1] + blur * (padded[:, :-2] + padded[:, 2:])).ravel()
-    grown = np.float32(p.final_gain) * relief.reshape(orientation.shape)
-    return np.asarray(np.clip(grown, -1, 1))
+    return np.asarray(np.clip(relief.reshape(orientation.shape), -1, 1))
 
 
 def without_dots_and_holes(relief: Field, largest_px: Field) -> Field:
@@ -84,15 +73,15 @@ def without_dots_and_holes(relief: Field, largest_px: Field) -> Field:
     return np.asarray(np.where(holes, -cleaned, cleaned), np.float32)
 
 
-def _filters(orientation: Field, period: Field, p: GrowthParameters) -> tuple[Taps, Taps]:
+def _filters(orientation: Field, period: Field) -> tuple[Taps, Taps]:
     """Return the taps across the ridges and along them."""
     dx, dy = period * _rounded(np.cos(orientation)), period * _rounded(np.sin(orientation))
-    x = np.linspace(-1, 1, 2 * p.taps_across + 1)
-    wave, envelope = np.cos(2 * np.pi * x), np.exp(-0.5 * (x / p.across_sigma) ** 2)
+    x = np.linspace(-1, 1, 2 * TAPS + 1)
+    wave, envelope = np.cos(2 * np.pi * x), np.exp(-0.5 * (x / ACROSS_SIGMA) ** 2)
     blind = envelope * (wave - envelope @ wave / envelope.sum())  # to a uniform level
     across = _taps(-dy, dx, x, blind / (blind @ wave))
-    x = np.linspace(-p.along_reach, p.along_reach, 2 * p.taps_along + 1)
-    envelope = np.exp(-0.5 * (x / p.along_sigma) ** 2)
+    x = np.linspace(-ALONG_REACH, ALONG_REACH, 2 * TAPS + 1)
+    envelope = np.exp(-0.5 * (x / ALONG_SIGMA) ** 2)
     return across, _taps(dx, dy, x, envelope / envelope.sum())
 
 

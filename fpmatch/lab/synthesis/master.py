@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.lab.synthesis.growth import GrowthParameters, grow_ridges
+from fpmatch.lab.synthesis.growth import grow_ridges
 from fpmatch.lab.synthesis.noise import NO_IMPRESSION, random_streams, smooth_noise
 from fpmatch.lab.synthesis.orientation import (
-    OrientationParameters,
     PatternClass,
     Range,
     draw_pattern,
@@ -26,6 +25,11 @@ if TYPE_CHECKING:
     Mask = NDArray[np.bool_]
 
 AVERAGE_ROWS: Final = 560  # of a print of average size, to which lengths in the classes refer
+# Flaws that are no minutiae; lengths in local ridge periods.
+FLAW_BRANCH: Final = 1.1  # a shorter ridge is a spur or an island
+FLAW_SPACING: Final = 0.9  # two nearer minutiae are one flaw
+FLAW_ALONG: Final = 1.4  # and two on one ridge: a break, an island, a hole, a spur
+FLAW_ACROSS: Final = 0.5  # distance across ridges up to which they are on one ridge
 _BRANCHES: Final = {MinutiaKind.ENDING: 1, MinutiaKind.BIFURCATION: 3}  # = crossing number
 PERIOD_LEVELS: Final = 64
 """Periods are whole multiples of a pixel over this, so that rounding differs on no machine."""
@@ -61,27 +65,14 @@ class SilhouetteParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class MinutiaeParameters:
-    """Set the limits of flaws; lengths in local ridge periods."""
-
-    branch: float = 1.1  # a shorter ridge is a spur or an island
-    spacing: float = 0.9  # two nearer minutiae are one flaw
-    along: float = 1.4  # and two on one ridge: a break, an island, a hole, a spur
-    across: float = 0.5  # distance across ridges up to which they are on one ridge
-
-
-@dataclass(frozen=True, slots=True)
 class MasterParameters:
     """Set how masters are made: a smaller print has a smaller pattern of equal ridge width."""
 
     shape: tuple[int, int] = (AVERAGE_ROWS, 440)  # rows and columns at 500 dpi
     finger_size: Range = (0.92, 1.06)  # relative to an average finger
     pattern: PatternClass | None = None  # of every finger; None draws in the natural proportions
-    orientation: OrientationParameters = field(default_factory=OrientationParameters)
     period: PeriodParameters = field(default_factory=PeriodParameters)
     silhouette: SilhouetteParameters = field(default_factory=SilhouetteParameters)
-    growth: GrowthParameters = field(default_factory=GrowthParameters)
-    minutiae: MinutiaeParameters = field(default_factory=MinutiaeParameters)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,11 +107,11 @@ def make_master(seed: int, finger: int, parameters: MasterParameters | None = No
     pattern = p.pattern or draw_pattern(classing)
     size = placing.uniform(*p.finger_size) * rows / AVERAGE_ROWS
     points = draw_singular_points(pattern, (columns / 2, rows / 2), placing, size)
-    orientation = ridge_orientation(pattern, points, p.shape, turning, p.orientation, size)
+    orientation = ridge_orientation(pattern, points, p.shape, turning, size)
     period = ridge_period(p.shape, spacing, p.period)
     silhouette = fingertip_silhouette(p.shape, outlining, p.silhouette)
-    relief = grow_ridges(orientation, period, growing, p.growth)
-    minutiae = list_minutiae(relief, orientation, period, silhouette, p.minutiae)
+    relief = grow_ridges(orientation, period, growing)
+    minutiae = list_minutiae(relief, orientation, period, silhouette)
     layers = orientation, period, relief, silhouette
     return Master(seed, finger, pattern, *layers, minutiae, points.cores, points.deltas)
 
@@ -154,9 +145,7 @@ def fingertip_silhouette(
     return np.asarray(np.where(up >= 0, on_tip, on_foot), np.bool_)
 
 
-def list_minutiae(
-    relief: Field, orientation: Field, period: Field, silhouette: Mask, p: MinutiaeParameters
-) -> Minutiae:
+def list_minutiae(relief: Field, orientation: Field, period: Field, silhouette: Mask) -> Minutiae:
     """List the minutiae of a clean relief, by crossing numbers on the skeleton of its ridges.
 
     All arrays are (H, W): relief, positive on ridges; ridge orientation in radians,
@@ -168,13 +157,13 @@ def list_minutiae(
 
     skeleton = np.asarray(skeletonize(relief > 0), np.bool_)  # type: ignore[no-untyped-call]
     crossing = crossing_numbers(skeleton)
-    margin = int(np.ceil(period.max() * max(p.branch, 1.0)))
+    margin = int(np.ceil(period.max() * max(FLAW_BRANCH, 1.0)))
     off_border = np.zeros_like(silhouette)
     off_border[margin:-margin, margin:-margin] = True
     listed: list[tuple[float, float, float, float, float]] = []
     for kind, branches in _BRANCHES.items():
         for row, column in np.argwhere(skeleton & off_border & (crossing == branches)):
-            ways = _ways_out(skeleton, row, column, p.branch * float(period[row, column]))
+            ways = _ways_out(skeleton, row, column, FLAW_BRANCH * float(period[row, column]))
             axis = float(orientation[row, column])
             ahead = sum(np.sign((way * np.exp(-1j * axis)).real) for way in ways)
             direction = axis if ahead > 0 else axis + np.pi  # to most of the ways
@@ -182,9 +171,7 @@ def list_minutiae(
     x, y, angle, codes, whole = np.array(listed, np.float32).reshape(-1, 5).T
     minutiae = Minutiae(x, y, angle, codes.astype(np.uint8))
     place = y.astype(np.intp), x.astype(np.intp)
-    minutiae = minutiae.take(
-        silhouette[place] & (whole > 0) & ~_too_near(minutiae, period[place], p)
-    )
+    minutiae = minutiae.take(silhouette[place] & (whole > 0) & ~_too_near(minutiae, period[place]))
     return minutiae.take(np.lexsort((minutiae.x, minutiae.y)))
 
 
@@ -215,12 +202,12 @@ def _ways_out(skeleton: Mask, row: int, column: int, reach: float) -> list[compl
     return [complex(x[rim == i].mean(), y[rim == i].mean()) for i in range(1, count + 1)]
 
 
-def _too_near(minutiae: Minutiae, period: Field, p: MinutiaeParameters) -> Mask:
+def _too_near(minutiae: Minutiae, period: Field) -> Mask:
     """Return which minutiae have another so near that the two are one flaw."""
     place = minutiae.x.astype(np.float64) - 1j * minutiae.y
     along = np.exp(-1j * minutiae.angle.astype(np.float64))[:, None]
     between = (place[None] - place[:, None]) * along / period[:, None]
     np.fill_diagonal(between, np.inf)
-    on_one_ridge = (np.abs(between.real) < p.along) & (np.abs(between.imag) < p.across)
-    near = (np.abs(between) < p.spacing) | on_one_ridge
+    on_one_ridge = (np.abs(between.real) < FLAW_ALONG) & (np.abs(between.imag) < FLAW_ACROSS)
+    near = (np.abs(between) < FLAW_SPACING) | on_one_ridge
     return np.asarray((near | near.T).any(axis=1))

@@ -6,9 +6,7 @@ from hypothesis import strategies as st
 from fpmatch.lab.synthesis.orientation import (
     NATURAL_SHARES,
     SINGULAR_RANGES,
-    OrientationParameters,
     PatternClass,
-    ZeroPoleParameters,
     draw_pattern,
     draw_singular_points,
     ridge_orientation,
@@ -25,7 +23,7 @@ patterns = pytest.mark.parametrize("pattern", PatternClass)
 def field_of(pattern, seed=0):
     rng = np.random.default_rng(seed)
     points = draw_singular_points(pattern, CENTRE, rng, SIZE)
-    return ridge_orientation(pattern, points, SHAPE, rng, OrientationParameters(), SIZE), points
+    return ridge_orientation(pattern, points, SHAPE, rng, SIZE), points
 
 
 def test_shares_are_those_of_nature(rng):
@@ -85,19 +83,19 @@ def test_the_index_of_every_point_survives_every_correction(seed):
     for point, radius, index in [*expected, (40 + 30j, 3.0, 0), (0j, 900.0, 0)]:
         circle = point + radius * np.exp(1j * np.linspace(0, 2 * np.pi, 401))
         rng = np.random.default_rng(seed)
-        turning = zero_pole_turning(circle[None], cores, deltas, rng, ZeroPoleParameters())
+        turning = zero_pole_turning(circle[None], cores, deltas, rng)
         assert turns(turning[0]) == pytest.approx(index)
 
 
-def plain(uprightness=0.0):
-    return ZeroPoleParameters(
-        correction_deg=0, uprightness=(uprightness,) * 2, loop_narrowing_deg=(0, 0)
-    )
-
-
-def test_without_corrections_it_is_the_plain_model(rng):
+def test_without_corrections_it_is_the_plain_model(rng, monkeypatch):
+    assert not zero_pole_turning(np.ones((1, 1)) * 1j, [], [], rng).any()
+    for name, none in {
+        "CORRECTION_DEG": 0.0,
+        "UPRIGHTNESS": (0, 0),
+        "LOOP_NARROWING_DEG": (0, 0),
+    }.items():
+        monkeypatch.setattr(f"fpmatch.lab.synthesis.orientation.{name}", none)
     place = rng.uniform(-200, 200, (5, 6)) + 1j * rng.uniform(-200, 200, (5, 6))
-    found = zero_pole_turning(place, [0j], [50 - 80j], rng, plain())
+    found = zero_pole_turning(place, [0j], [50 - 80j], rng)
     expected = 0.5 * (np.angle(place) - np.angle(place - (50 - 80j)))
     np.testing.assert_allclose(found, expected, atol=1e-12)
-    assert not zero_pole_turning(place, [], [], rng, ZeroPoleParameters()).any()

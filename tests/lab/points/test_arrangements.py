@@ -12,7 +12,7 @@ from fpmatch.lab.points.triangles import matcher as triangles
 from fpmatch.pointset.geometry import _grid_kernel as grid_kernel
 
 POINTS = 150
-AMBIGUOUS = {"lattice", "spiral", "circle"}  # many transforms map them onto themselves
+AMBIGUOUS = {"lattice", "circle"}  # many transforms map them onto themselves
 
 needs_compiled_kernels = pytest.mark.skipif(
     not grid_kernel.COMPILED, reason="interpreted, a search of millions of steps takes minutes"
@@ -67,38 +67,12 @@ def test_a_long_search_does_not_map_a_crowd_onto_a_crowd():
     assert "ended at its limit" in match.reason
 
 
-class CountedReads:
-    """An array that counts how often its elements are read."""
-
-    def __init__(self, values):
-        self.values, self.reads = values, 0
-
-    def __getitem__(self, index):
-        self.reads += 1
-        return self.values[index]
-
-
 def crowd(seed, count, outliers=2):
     """Return points (2, N): most in a small cluster, repeated ones among them."""
     rng = np.random.default_rng(seed)
     points = rng.normal(0, 1e-3, (2, count)).round(rng.choice([3, 4, 9]))
     points[:, :outliers] = rng.uniform(-100, 100, (2, outliers))
     return points
-
-
-def test_a_search_in_a_crowded_cell_reads_few_of_its_points(plain):
-    points = np.random.default_rng(1).normal(0, 1e-3, (2, 3000))
-    kernel = plain("pointset.geometry._grid_kernel")
-    grid = kernel.CellGrid(points, 3000, -105.0, -105.0, 10.0, 22, 22)
-    assert np.diff(grid.start).max() > 2900
-    grid.split_crowds()
-    grid.x = CountedReads(grid.x)
-    near, distance2 = np.empty(12, np.int32), np.empty(12)
-    for k in range(20):
-        x, y = points[:, -1 - k]
-        assert grid.order[grid.nearest(x, y, 1.0)] == 2999 - k
-        assert grid.within(x, y, 1.0, 12, near, distance2, 0) == 12
-    assert grid.x.reads < 20 * 500
 
 
 @given(seeds, st.integers(17, 300), st.sampled_from([0.0, 1e-4, 1e-3, 0.5, 1e100]))

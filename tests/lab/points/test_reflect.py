@@ -47,14 +47,6 @@ def test_every_matcher_finds_a_mirrored_copy(matcher):
     assert not same.transform.mirrored
 
 
-def test_chance_is_that_of_two_searches():
-    p = even_points(4, 12)
-    q = Similarity(2.0, 1.0, 5.0, 5.0).apply(p)
-    once, twice = match_points(p, q), match_points(p, q, reflect=True)
-    assert twice.chance == pytest.approx(2 * once.chance)
-    assert twice.pairs.tolist() == once.pairs.tolist()
-
-
 def test_a_symmetric_set_is_not_mirrored_without_need():
     half = even_points(5, 10) + np.array([0.1, 0.0])
     p = np.vstack([half, half * [-1, 1]])

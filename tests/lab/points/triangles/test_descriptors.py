@@ -13,7 +13,6 @@ from fpmatch.lab.points.triangles.descriptors import (
     density_over_hull,
     describe,
     is_even,
-    nearest_two,
     ring_triangles,
 )
 from fpmatch.pointset.delaunay.triangulate import triangulate
@@ -62,14 +61,6 @@ def test_information_is_the_size_times_the_chance_of_an_empty_circle(seed, outli
     )
 
 
-@pytest.mark.parametrize(
-    "third", [(0.5, 0.0), (0.5, -1.0), (0.0, 0.0)], ids=["flat", "clockwise", "coincident"]
-)
-def test_triangles_without_an_inside_are_left_out(third):
-    points = np.array([[0.0, 1.0, third[0]], [0.0, 0.0, third[1]]])
-    assert describe(points, np.array([[0, 1, 2]], np.int32)).number == 0
-
-
 def fans(mesh):
     """Return the corners of all triangles, not flat, of a point and two of its neighbours."""
     x, y = mesh.points.T
@@ -104,22 +95,6 @@ def test_density_is_at_least_that_over_the_hull_and_goes_with_the_area(seed, sca
     assert over_hull == pytest.approx(20 / ConvexHull(points).volume)
     assert density >= over_hull
     assert density_of(larger, in_columns(larger.points)) == pytest.approx(density / scale**2)
-
-
-@given(seeds)
-def test_distances_of_nearest_points_tell_even_sets_from_rows_and_crowds(seed):
-    rng = np.random.default_rng(seed)
-    even, crowd = rng.uniform(0, 10, (150, 2)), rng.normal(0, 1, (150, 2)) ** 3
-    row = np.vstack([even, np.column_stack([np.arange(20) / 2, np.full(20, 11.0)])])
-    for points, expected in ((even, True), (crowd, False), (row, False)):
-        mesh = triangulate(points)
-        columns = np.array(mesh.points.T, order="C")
-        first, second = nearest_two(mesh, columns)
-        squared = ((points[:, None] - points) ** 2).sum(axis=2)
-        squared[np.diag_indices(len(points))] = np.inf
-        assert first == pytest.approx(squared.min(axis=1))
-        assert (first <= second).all()
-        assert expected or not is_even(mesh, columns, density_of(mesh, columns))
 
 
 @pytest.mark.parametrize("n", [64, 100, 200, 800])

@@ -127,12 +127,3 @@ def test_every_pair_of_similar_triangles_is_tested_once_up_to_the_limit(seed, mo
             assert move == pytest.approx(as_move(search.fit(corners)), abs=1e-9)
     assert not search.proceed(before + most)
     assert not search.proposals.proceed(NO_BOUND, int(search.visits[0]))
-
-
-def test_nothing_is_proposed_without_triangles():
-    line = np.column_stack([np.arange(5.0), np.zeros(5)])
-    p, q = two_views(2)
-    for one, other in ((line, q), (p, line)):
-        search = Search(one, other)
-        assert not search.proceed()
-        assert search.proposals.tried == 0

@@ -22,13 +22,15 @@ import numpy as np
 
 from fpmatch.lab.points.triangles._overlay_kernel import fit_partners, pair_by_auction
 from fpmatch.lab.points.triangles._proposal_kernel import Proposals
-from fpmatch.lab.points.triangles.descriptors import (
+from fpmatch.lab.points.triangles.given_set import (
+    GivenSet,
+    Target,
+    check_tolerance,
     density_over_hull,
     describe,
     ring_triangles,
     sort_by_shape,
 )
-from fpmatch.lab.points.triangles.given_set import GivenSet, Target, check_tolerance
 from fpmatch.lab.points.triangles.verification import Verdict, Verification, moved
 from fpmatch.pointset.geometry.frames import between_sets
 from fpmatch.pointset.geometry.point_match import PointMatch, too_few
@@ -211,8 +213,6 @@ class _Search:
     def _try(self, move: Floats, log_tests: float, sufficient: float) -> bool:
         """Refine and judge a move; return whether it ends the search with a match."""
         p, t2 = self.p.points, self.target.tolerance**2
-        if self.verification.rejects(move, self.log_max - log_tests):
-            return False
         for _ in range(_BETTER_MAPS):
             refined = self.verification.overlay(p, move, MAX_ROUNDS)
             if refined is None:

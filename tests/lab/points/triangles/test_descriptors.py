@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import crowded_pixels, in_columns, seeds
 
-from fpmatch.lab.points.triangles.descriptors import (
+from fpmatch.lab.points.triangles.given_set import (
     density_of,
     density_over_hull,
     describe,

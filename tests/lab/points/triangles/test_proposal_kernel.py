@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pointset_strategies import as_move, grid_of, in_columns, seeds, squared_distances
 
 from fpmatch.lab.points.triangles._proposal_kernel import Proposals
-from fpmatch.lab.points.triangles.descriptors import describe, sort_by_shape
+from fpmatch.lab.points.triangles.given_set import describe, sort_by_shape
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.geometry.similarity import Similarity
 

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 _WIDTH, _HEIGHT, _HEIGHT_APART = 9.0, 8.0, 5.0  # inches
-_MOST_VECTORS: Final = 50_000  # marks; an SVG holds more of them as one image
-_PLAIN_EXPONENT: Final = 20  # coordinates beyond 1e±20 are drawn in a unit that tames them
 # Marker, colour, size as a share of a point's room, filled.
 _Q_PAIRED: Final = ("o", palette.REFERENCE_MARK, 1.5, False)
 _Q_ALONE: Final = ("s", palette.REFERENCE_INK, 0.7, False)
@@ -65,6 +63,7 @@ def save_point_plot(
 
 
 def _draw(p: Floats, q: Floats, match: PointMatch, names: list[str]) -> Figure:
+    from matplotlib.collections import LineCollection  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     t = match.transform
@@ -78,7 +77,7 @@ def _draw(p: Floats, q: Floats, match: PointMatch, names: list[str]) -> Figure:
             _axes(axes, f"{letter} ({name}): {len(points):,} points", [(points, mark, "")])
         return figure
     i, j = match.pairs.T
-    moved = t.apply(p)
+    moved, axes = t.apply(p), figure.subplots()
     facts = [f"P ({names[0]}), {'mirrored and ' * t.mirrored}moved, on Q ({names[1]})"]
     facts += [f"{label}: {value}" for label, value in match_facts(match)]
     kinds = [
@@ -87,42 +86,25 @@ def _draw(p: Floats, q: Floats, match: PointMatch, names: list[str]) -> Figure:
         (moved[i], _P_PAIRED, "P, moved, paired"),
         (np.delete(moved, i, axis=0), _P_ALONE, "P, moved, unpaired"),
     ]
-    _axes(figure.subplots(), "\n".join(facts), kinds, np.stack([moved[i], q[j]], axis=1))
+    links, colour = np.stack([moved[i], q[j]], axis=1), hexadecimal(palette.PAIR_LINK)
+    axes.add_collection(LineCollection(list(links), colors=colour, zorder=3))
+    _axes(axes, "\n".join(facts), kinds)
     figure.legend(loc="outside lower left", ncols=2, frameon=False)
     return figure
 
 
 def _axes(
-    axes: Axes,
-    title: str,
-    kinds: list[tuple[Floats, tuple[str, palette.Colour, float, bool], str]],
-    links: Floats | None = None,
+    axes: Axes, title: str, kinds: list[tuple[Floats, tuple[str, palette.Colour, float, bool], str]]
 ) -> None:
-    """Draw kinds of points, in the unit that they need, and links (K, 2, 2) between them."""
-    from matplotlib.collections import LineCollection  # noqa: PLC0415
-
-    largest = max(float(np.abs(points).max(initial=0.0)) for points, *_ in kinds)
-    exponent = math.floor(math.log10(largest)) if largest > 0 else 0
-    unit = 10.0 ** max(exponent, -300) if abs(exponent) > _PLAIN_EXPONENT else 1.0
+    """Draw kinds of points."""
     size = float(np.clip(200 / math.sqrt(sum(len(points) for points, *_ in kinds) + 1), 0.4, 8.0))
-    if links is not None:
-        colour = hexadecimal(palette.PAIR_LINK)
-        axes.add_collection(
-            LineCollection(
-                list(links / unit), colors=colour, zorder=3, rasterized=len(links) > _MOST_VECTORS
-            )
-        )
     for points, (marker, colour_of, share, filled), label in kinds:
         colour = hexadecimal(colour_of)
         axes.plot(
-            *(points / unit).T, marker, markersize=share * size, markeredgecolor=colour,
+            *points.T, marker, markersize=share * size, markeredgecolor=colour,
             markerfacecolor=colour if filled else "none", markeredgewidth=max(size / 8, 0.45),
             zorder=4, label=label and f"{label} ({len(points):,})",
-            rasterized=len(points) > _MOST_VECTORS,
         )  # fmt: skip
     axes.set_title(title, fontsize="medium", loc="left")
-    axes.set_aspect("equal")
+    axes.set(aspect="equal", axisbelow=True, xlabel="x", ylabel="y")
     axes.grid(color="0.92")
-    axes.set_axisbelow(True)
-    words = "" if unit == 1.0 else f" ({unit:g})"
-    axes.set(xlabel=f"x{words}", ylabel=f"y{words}")

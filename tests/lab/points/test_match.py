@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import (
     any_finite_points,
@@ -167,17 +167,6 @@ def test_any_finite_points_match_or_are_refused(search, p, q):
         return
     assert not any(map(beyond_reach, (p, q)))
     assert (match.transform is None) == (len(match.pairs) == 0)
-
-
-@pytest.mark.parametrize("search", [BOUNDED["paper"], BOUNDED["van-wamelen"]])
-@given(seed=seeds, of_p=st.integers(-40, 40), of_q=st.integers(-40, 40))
-@settings(max_examples=20)
-def test_a_power_of_two_in_scale_changes_no_bit(search, seed, of_p, of_q):
-    p = even_points(seed, 20)
-    q, _ = worn(p, Similarity(2.0, 0.5, 1.0, 1.0), seed)
-    match, same = search(p, q), search(np.ldexp(p, of_p), np.ldexp(q, of_q))
-    assert match.pairs.tolist() == same.pairs.tolist()
-    assert math.ldexp(match.rms, of_q) == same.rms
 
 
 LINES = [np.outer(np.arange(8.0) ** 1.5, to) for to in ((1, 0), (0, 1), (3, 4), (0, 0))]

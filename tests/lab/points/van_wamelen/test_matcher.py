@@ -58,14 +58,6 @@ def test_independent_sets_do_not_match():
         assert match.transform is None
 
 
-def test_a_known_tolerance_replaces_the_density():
-    pair = random_pair(30, 60, 1.0, 0.2, 0.428, rng=2)
-    given_ = {"rho": 1.0, "lambda_": 0.428}
-    match = match_van_wamelen(pair.p, pair.q, tolerance=pair.tolerance, **given_)
-    assert match.pairs.tolist() == pair.pairs.tolist()
-    assert match_van_wamelen(pair.p, pair.q, tolerance=1e-3, **given_).transform is None
-
-
 def test_the_seed_decides_and_nothing_else():
     pair = random_pair(40, 80, 0.6, 0.25, 0.61, rng=5)
     matches = [

@@ -13,7 +13,7 @@ from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import MasterParameters, make_master
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
-from fpmatch.lab.synthesis.truth_file import finger_truth, impression_truth
+from fpmatch.lab.synthesis.impression import finger_truth, impression_truth
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
 from research.ground_truth import (

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.lab.explain.steps import Step
+    from fpmatch.lab.explain.pictures import Step
 
 PAPER: Final = "paper"
 PAGE, NUMBERS = "index.html", "numbers.json"
@@ -65,7 +65,7 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
     calibration are shown without a score.
     """
     from fpmatch.base.output import check_writable
-    from fpmatch.lab.explain.steps import ExplainError
+    from fpmatch.lab.explain.pictures import ExplainError
     from fpmatch.lab.plots.style import check_matplotlib
 
     check_matplotlib("explain:")
@@ -95,7 +95,7 @@ def _of_prints(
     """Return the decision on two prints, facts, steps and the result as JSON."""
     from fpmatch.lab.explain.default import explain_prints
     from fpmatch.lab.explain.paper import PaperMethod, explain_points
-    from fpmatch.lab.explain.steps import ExplainError
+    from fpmatch.lab.explain.pictures import ExplainError
     from fpmatch.matching.calibration import is_calibrated
     from fpmatch.prints.report import IDENTITY, as_rows, outcome
 
@@ -128,7 +128,7 @@ def _of_points(
 ) -> tuple[str, list[tuple[str, str]], list[Step]]:
     """Return the paper's decision on two point sets, facts and steps."""
     from fpmatch.lab.explain.paper import PaperMethod, explain_points
-    from fpmatch.lab.explain.steps import ExplainError
+    from fpmatch.lab.explain.pictures import ExplainError
     from fpmatch.lab.points.match import match_points
     from fpmatch.pointset.paper.matcher import UnitCircleParameters
     from fpmatch.prints.report import verdict

@@ -141,7 +141,7 @@ def points(
     Both are tables with columns x and y, or --columns, or two columns of numbers. Not every point
     needs a partner.
     """
-    from fpmatch.lab.plots.point_plot import save_point_plot
+    from fpmatch.lab.plots.style import save_point_plot
 
     if len(columns) > 2:
         raise click.UsageError("--columns is given once for both sets, or once for each")

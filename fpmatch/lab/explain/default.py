@@ -12,7 +12,7 @@ import numpy as np
 
 from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
 from fpmatch.lab.explain import pictures as draw
-from fpmatch.lab.explain.steps import FRAME_NAME, Ring, Side, Step, chosen_pair
+from fpmatch.lab.explain.pictures import FRAME_NAME, Ring, Side, Step, chosen_pair
 from fpmatch.lab.plots.style import short_name
 from fpmatch.matching import reference as method
 from fpmatch.matching.constants import comparison as fixed
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from fpmatch.lab.explain.steps import Letter, Sides
+    from fpmatch.lab.explain.pictures import Letter, Sides
     from fpmatch.matching.pipeline.evidence import Alignment
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.alignment import Pairing

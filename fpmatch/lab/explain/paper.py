@@ -12,7 +12,7 @@ import numpy as np
 
 from fpmatch.errors import PointSetError
 from fpmatch.lab.explain import pictures as draw
-from fpmatch.lab.explain.steps import Ring, Side, Step, chosen_pair
+from fpmatch.lab.explain.pictures import Ring, Side, Step, chosen_pair
 from fpmatch.lab.plots.style import short_name
 from fpmatch.pointset.geometry.point_match import check_rho
 from fpmatch.pointset.paper.matcher import match_prepared, similar_rings
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.explain.steps import Letter, Sides
+    from fpmatch.lab.explain.pictures import Letter, Sides
     from fpmatch.matching.matchers.paper import PaperMatcher
     from fpmatch.pointset.geometry.point_match import PointMatch
     from fpmatch.pointset.paper.matcher import UnitCircleParameters

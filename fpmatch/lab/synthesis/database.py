@@ -26,7 +26,7 @@ from fpmatch.gallery.engine.workers import no_progress, run_chunks
 from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.presets import preset_named
 from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, Sensor, sensors_named
-from fpmatch.lab.synthesis.truth_file import TRUTH_FOLDER, finger_truth, impression_truth
+from fpmatch.lab.synthesis.impression import TRUTH_FOLDER, finger_truth, impression_truth
 
 if TYPE_CHECKING:
     import os

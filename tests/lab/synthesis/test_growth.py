@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fpmatch.lab.synthesis.growth import grow_ridges, without_dots_and_holes
+from fpmatch.lab.synthesis.master import grow_ridges, without_dots_and_holes
 from fpmatch.lab.synthesis.master import list_minutiae
 from fpmatch.templates.minutiae import MinutiaKind
 

@@ -9,8 +9,7 @@ import pytest
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.palette import PROBE_MARK, hexadecimal
 from fpmatch.errors import OutputError
-from fpmatch.lab.plots.style import save_point_plot
-from fpmatch.lab.plots.style import check_plot
+from fpmatch.lab.plots.style import check_plot, save_point_plot
 from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity
 

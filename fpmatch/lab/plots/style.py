@@ -47,7 +47,6 @@ _P_PAIRED: Final = ("o", palette.PROBE_MARK, 0.6, True)
 _P_ALONE: Final = ("x", palette.PROBE_INK, 0.7, False)
 
 
-
 def check_matplotlib(purpose: str) -> None:
     """Raise an `OutputError` that begins with `purpose` where matplotlib is not installed."""
     if find_spec("matplotlib") is None:

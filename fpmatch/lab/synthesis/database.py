@@ -23,10 +23,10 @@ from fpmatch.base.parsing import ParseError, parse_toml
 from fpmatch.errors import DatasetError, OutputError
 from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress, run_chunks
+from fpmatch.lab.synthesis.impression import TRUTH_FOLDER, finger_truth, impression_truth
 from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.presets import preset_named
 from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, Sensor, sensors_named
-from fpmatch.lab.synthesis.impression import TRUTH_FOLDER, finger_truth, impression_truth
 
 if TYPE_CHECKING:
     import os

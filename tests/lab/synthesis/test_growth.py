@@ -4,8 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fpmatch.lab.synthesis.master import grow_ridges, without_dots_and_holes
-from fpmatch.lab.synthesis.master import list_minutiae
+from fpmatch.lab.synthesis.master import grow_ridges, list_minutiae, without_dots_and_holes
 from fpmatch.templates.minutiae import MinutiaKind
 
 SHAPE = (120, 128)

@@ -3,10 +3,9 @@ import json
 import numpy as np
 import pytest
 
-from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.impression import finger_truth, impression_truth, make_impression
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import Sensor
-from fpmatch.lab.synthesis.impression import finger_truth, impression_truth
 from fpmatch.pointset.geometry.similarity import Similarity
 
 SENSOR = Sensor("small", 150, 170, 600.0)

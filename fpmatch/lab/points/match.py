@@ -108,14 +108,14 @@ def match_points(
     check_tolerance(tolerance)
     share = DEFAULT_RHO if rho is None else rho
     check_rho(share)
-    areas = DEFAULT_AREA_TOLERANCE if area_tolerance is None else area_tolerance
-    given = UnitCircleParameters(tolerance=tolerance, area_tolerance=areas)
     chance = MAX_CHANCE / _TRIALS if reflect else MAX_CHANCE
     if matcher != "triangles" and min(len(GivenSet("p", p)), len(GivenSet("q", q))) < 4:
         return PointMatch.none(reason=too_few(MIN_POINTS_TO_MATCH))
 
     def search(of_p: NDArray[np.float64]) -> PointMatch:
         if matcher == "paper":
+            areas = DEFAULT_AREA_TOLERANCE if area_tolerance is None else area_tolerance
+            given = UnitCircleParameters(tolerance=tolerance, area_tolerance=areas)
             return decided(match_by_unit_circle(of_p, q, given), share)
         if matcher == "van-wamelen":
             return match_van_wamelen(

@@ -88,6 +88,7 @@ class Target(NamedTuple):
 
     points: Floats  # (2, N), in the frame of the set
     density: float  # points to a unit of area
+    crowding: float  # as a multiple of the density over the convex hull
     spacing: float  # 1/√density, or less where most points lie closer
     rate: Floats  # of partners by chance, at each of `REACHES`
     pairing_tolerance: float  # largest distance of a pair in the result
@@ -102,7 +103,7 @@ class Target(NamedTuple):
         as far, so that rows and clusters count by the distances that are there.
         """
         points = given.points
-        density = density_of(given.mesh, points)
+        density, crowding = density_of(given.mesh, points)
         spacing = 1.0 / math.sqrt(density)
         if tolerance is None:
             second2 = nearest_two(given.mesh, points)[1]
@@ -119,7 +120,7 @@ class Target(NamedTuple):
         grid = sort_into_cells(points, side, low=tuple(low.tolist()), high=tuple(high.tolist()))
         grid.split_crowds()
         rate = -np.expm1(-math.pi * density * t * t * REACHES)
-        return cls(points, density, spacing, rate, pairing, t, grid)
+        return cls(points, density, crowding, spacing, rate, pairing, t, grid)
 
 
 def check_tolerance(tolerance: float | None) -> None:
@@ -179,17 +180,19 @@ def density_over_hull(mesh: Triangulation, points: Floats) -> float:
     return len(mesh) / float(0.5 * (x[:-1] @ y[1:] - y[:-1] @ x[1:]))
 
 
-def density_of(mesh: Triangulation, points: Floats) -> float:
-    """Return the larger of the densities over the convex hull and over the median triangle.
+def density_of(mesh: Triangulation, points: Floats) -> tuple[float, float]:
+    """Return a density, and how many times that over the convex hull it is, 1 or more.
 
-    The hull of clustered points, or of points with an outlier, is much larger than the area that
-    most of them cover.
+    It is the larger of the densities over the hull and over the median triangle: the hull of
+    clustered points, or of points with an outlier, is much larger than the area that most cover.
     """
     area = triangle_areas(points, mesh.triangles)
     middle = len(area) // 2
     area.partition(middle)
     over_hull = density_over_hull(mesh, points)
-    return max(over_hull, _MEDIAN_AREA / float(area[middle])) if area[middle] > 0 else over_hull
+    of_median = _MEDIAN_AREA / float(area[middle]) if area[middle] > 0 else 0.0
+    density = max(over_hull, of_median)
+    return density, density / over_hull
 
 
 def nearest_two(mesh: Triangulation, points: Floats) -> tuple[Floats, Floats]:
@@ -211,16 +214,15 @@ def _squared_distances(mesh: Triangulation, points: Floats) -> Floats:
     return np.asarray(x * x + y * y)
 
 
-def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
-    """Return whether nearest distances are distributed as those of random points of a density.
+def is_even(mesh: Triangulation, points: Floats, crowding: float) -> bool:
+    """Return whether nearest distances are distributed as those of random points of one density.
 
     Then there is no need to look for rows, periods and crowds: they have too many equal distances,
     or too many short or long ones. Of few points it is not known.
     """
     n = len(mesh)
     root = math.sqrt(n)
-    crowded = 1.0 + max(_CROWDED, _CROWDED_FEW / root)
-    if n < _FEW or density > crowded * density_over_hull(mesh, points):
+    if n < _FEW or crowding > 1.0 + max(_CROWDED, _CROWDED_FEW / root):
         return False
     ordered = np.minimum.reduceat(_squared_distances(mesh, points), mesh.ring_start[:-1])
     ordered.sort()

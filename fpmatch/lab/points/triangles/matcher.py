@@ -56,7 +56,7 @@ SHARE: Final = 0.6
 # The sequential test.
 _REACH: Final = 0.6  # area in which it seeks a partner, in squared tolerances: few lie far off
 _WIDEST: Final = 6.0  # most by which a fit's uncertainty widens that area
-_GAIN_STEPS: Final = 33
+_WIDER: Final = np.linspace(1.0, _WIDEST, 33)  # areas, at which the gain of a hit is known
 _MIN_CHANCE: Final = 1e-300  # of a hit, where the tolerance is tiny
 # Triangles.
 _SHAPE_TOLERANCE: Final = 0.75  # tolerances: of the apexes, when the longest sides coincide
@@ -190,8 +190,7 @@ class _Search:
         shape_tolerance = _SHAPE_TOLERANCE * target.tolerance
         widest_shape = shape_tolerance / shortest
         reach2 = _REACH * target.tolerance**2
-        expected = math.pi * target.density * reach2 * np.linspace(1.0, _WIDEST, _GAIN_STEPS)
-        chance = np.maximum(-np.expm1(-expected), _MIN_CHANCE)
+        chance = np.maximum(-np.expm1(-math.pi * target.density * reach2 * _WIDER), _MIN_CHANCE)
         gain = np.log((SHARE + (1.0 - SHARE) * chance) / chance)
         order = in_p.negative_information[: in_p.number].argsort(kind="stable")
         proposals = Proposals(

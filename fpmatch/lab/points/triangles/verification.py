@@ -95,7 +95,7 @@ class Verification:
     @cached_property
     def is_even(self) -> bool:
         """Whether Q's points are spread as evenly as random ones."""
-        return is_even(self._mesh_q, self._target.points, self._target.density)
+        return is_even(self._mesh_q, self._target.points, self._target.crowding)
 
     def overlay(self, points: Floats, move: Floats, rounds: int) -> Overlaid | None:
         """Refine a move of points (2, N); None where these pairs do not determine one."""

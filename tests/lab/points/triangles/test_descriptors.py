@@ -90,11 +90,13 @@ def test_density_is_at_least_that_over_the_hull_and_goes_with_the_area(seed, sca
 
     points = np.random.default_rng(seed).uniform(0, 1, (20, 2))
     mesh, larger = triangulate(points), triangulate(scale * points)
-    density = density_of(mesh, in_columns(mesh.points))
+    density, crowding = density_of(mesh, in_columns(mesh.points))
     over_hull = density_over_hull(mesh, in_columns(mesh.points))
     assert over_hull == pytest.approx(20 / ConvexHull(points).volume)
-    assert density >= over_hull
-    assert density_of(larger, in_columns(larger.points)) == pytest.approx(density / scale**2)
+    assert density == pytest.approx(crowding * over_hull)
+    assert crowding >= 1
+    there = density_of(larger, in_columns(larger.points))
+    assert there == pytest.approx((density / scale**2, crowding))
 
 
 @pytest.mark.parametrize("n", [64, 100, 200, 800])
@@ -103,7 +105,7 @@ def test_random_points_are_even_but_for_one_set_in_a_hundred(n):
     for seed in range(200):
         mesh = triangulate(np.random.default_rng(seed).uniform(0, 10, (n, 2)))
         columns = np.array(mesh.points.T, order="C")
-        even += is_even(mesh, columns, density_of(mesh, columns))
+        even += is_even(mesh, columns, density_of(mesh, columns)[1])
     assert even >= 196
 
 
@@ -112,4 +114,4 @@ def test_sets_with_structure_are_not_even(kind):
     for seed in range(20):
         mesh = triangulate(INDEPENDENT[kind](np.random.default_rng(seed)))
         columns = np.array(mesh.points.T, order="C")
-        assert not is_even(mesh, columns, density_of(mesh, columns))
+        assert not is_even(mesh, columns, density_of(mesh, columns)[1])

@@ -69,7 +69,9 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
     from fpmatch.lab.plots.style import check_matplotlib
 
     check_matplotlib("explain:")
-    _check_folder(output)
+    for other in sorted(path.name for path in output.iterdir()) if output.is_dir() else ():
+        if not OWN_FILE.fullmatch(other):
+            raise OutputError(f"{output}: holds another file, {other}: name a new folder")
     check_writable(output / PAGE)
     sides = [values["probe"], values["reference"]]
     points = [one for path in sides if (one := _points_of(path, values)) is not None]
@@ -164,13 +166,6 @@ def _points_of(path: Path, values: dict[str, Any]) -> NDArray[np.float64] | None
         if is_npy(head):  # of minutiae
             return None
         raise
-
-
-def _check_folder(folder: Path) -> None:
-    """Refuse a folder that holds other files than those of an earlier page."""
-    for other in sorted(path.name for path in folder.iterdir()) if folder.is_dir() else ():
-        if not OWN_FILE.fullmatch(other):
-            raise OutputError(f"{folder}: holds another file, {other}: name a new folder")
 
 
 def write_page(

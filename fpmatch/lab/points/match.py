@@ -128,19 +128,14 @@ def match_points(
     if not reflect:
         return match
     flipped = search(points * _FLIP)
-    if flipped.transform is not None and _rank(flipped) < _rank(match):
-        match = replace(flipped, transform=replace(flipped.transform, mirrored=True))
-    return match if match.chance is None else replace(match, chance=_TRIALS * match.chance)
-
-
-def _rank(match: PointMatch) -> tuple[bool, float, int, float]:
-    """Return what orders matches from the best to none.
-
-    Where chance is not estimated, or below what a float holds, more pairs are better, and then the
-    smaller residual.
-    """
-    chance = 0.0 if match.chance is None else match.chance
-    return match.transform is None, chance, -len(match.pairs), match.rms
+    if flipped.transform is not None:
+        flipped = replace(flipped, transform=replace(flipped.transform, mirrored=True))
+    # where chance is not estimated, or below what a float holds, more pairs are better
+    best = min(
+        (match, flipped),
+        key=lambda one: (one.transform is None, one.chance or 0.0, -len(one.pairs), one.rms),
+    )
+    return best if best.chance is None else replace(best, chance=_TRIALS * best.chance)
 
 
 def decided(match: PointMatch, rho: float) -> PointMatch:

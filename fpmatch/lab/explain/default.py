@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.explain.pictures import Letter, Sides
-    from fpmatch.matching.pipeline.evidence import Alignment
+    from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates
@@ -47,7 +47,7 @@ class DefaultMethod:
     prints: tuple[PreparedTemplate, PreparedTemplate]  # A, B
     swapped: bool  # whether A is Q
     candidates: Candidates
-    matched: tuple[Pairing, Alignment] | None
+    matched: tuple[Pairing, Evidence] | None
     parameters: MatchParameters
 
     @classmethod
@@ -138,7 +138,7 @@ def explain_prints(
         made += [_neighbours(m, chosen), *_local(m)]
     if m.matched is None:
         return [*made, Step("nothing_paired")]
-    pairing, alignment = m.matched
+    pairing, evidence = m.matched
     made += [_mesh(m, pairing), *_ring_steps(m, pairing, chosen)]
     predicted, partner = pairing.mesh[1], pairing.places[1][pairing.partner]
     numbers = {
@@ -151,7 +151,7 @@ def explain_prints(
         images = pair.probe.pixels, pair.reference.pixels
         ridges = overlay_scene(*images, pair.verification, "ridges")
         made.append(Step("ridges", scene_bytes(".svg", ridges)))
-    made.append(_evidence(m, alignment, pair))
+    made.append(_evidence(m, evidence, pair))
     (linear, shift), z = pairing.move, m.sides[0].z
     moved = (z - shift) / linear if m.swapped else linear * z + shift
     picture = draw.superposed(m.sides, moved, m.as_pq(*m.paired))
@@ -213,7 +213,7 @@ def _local(m: DefaultMethod) -> list[Step]:
     local = {
         "least": float(similar.min()),
         "most": float(similar.max()),
-        "rejected": method.rejected(*m.prints, p) is not None,
+        "rejected": bool(method.rejected(*m.prints, p)),
     }
     styles = [
         {"color": draw.KEPT if is_kept else draw.LEFT, "linestyle": "-" if is_kept else "--"}
@@ -276,9 +276,9 @@ def _ring_steps(m: DefaultMethod, pairing: Pairing, chosen: int | None) -> list[
     return draw.ring_steps(m.rings[chosen], int(m.swapped), weights, circle, weighed)
 
 
-def _evidence(m: DefaultMethod, alignment: Alignment, pair: ComparedPair | None) -> Step:
+def _evidence(m: DefaultMethod, evidence: Evidence, pair: ComparedPair | None) -> Step:
     """Show what the score is made of: the sum, its weights and its bounds, then the report."""
-    e, p = alignment.evidence._asdict(), m.parameters
+    e, p = evidence._asdict(), m.parameters
     model = load_weights().model_of(*m.prints)
     features = features_of(model, e, p)
     middle, spread, weight, _ = model.standard
@@ -296,7 +296,7 @@ def _evidence(m: DefaultMethod, alignment: Alignment, pair: ComparedPair | None)
         "impostors": [float(low), float(high)],
         "by_sum": fixed.LOG_10 * float(decades),
         "bound": fixed.LOG_10 * bound if math.isfinite(bound) else None,
-        "rejected": method.rejected(*m.prints, p),
+        "rejected": method.rejected(*m.prints, p) or None,
         "reported": reported,
     }
     return Step("evidence", None, numbers)

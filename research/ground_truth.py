@@ -16,7 +16,7 @@ import click
 import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.lab.synthesis.truth_file import TRUTH_FOLDER
+from fpmatch.lab.synthesis.impression import TRUTH_FOLDER
 from fpmatch.lab.synthesis.warp import solved
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.points import as_points

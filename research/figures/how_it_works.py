@@ -31,7 +31,7 @@ from fpmatch.drawing.scene.items import Path as Line
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.errors import FpmatchError
 from fpmatch.lab.explain.default import DefaultMethod
-from fpmatch.lab.explain.steps import chosen_pair
+from fpmatch.lab.explain.pictures import chosen_pair
 from fpmatch.prints.pair import PairOptions, compare_pair
 from fpmatch.prints.reading import GivenPrint
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.scene.items import Item, Point
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.lab.explain.steps import Ring
+    from fpmatch.lab.explain.pictures import Ring
 
 
 # Page pixels: the page is shown at about half its size.

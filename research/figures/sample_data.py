@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
-from fpmatch.lab.synthesis.database import make_database
-from fpmatch.lab.synthesis.plan import DESCRIPTION_FILE, plain_sensor
+from fpmatch.lab.synthesis.database import DESCRIPTION_FILE, make_database
+from fpmatch.lab.synthesis.impression import TRUTH_FOLDER
 from fpmatch.lab.synthesis.presets import Preset
-from fpmatch.lab.synthesis.truth_file import TRUTH_FOLDER
+from fpmatch.lab.synthesis.sensor import plain_sensor
 from fpmatch.lab.synthesis.warp import PlacementParameters
 from research.commands import PATH, ROOT, Command
 from research.points.random_sets import random_pair

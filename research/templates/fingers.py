@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.lab.synthesis.classes import NATURAL_SHARES, SINGULAR_RANGES, PatternClass
+from fpmatch.lab.synthesis import orientation as flat
 from fpmatch.lab.synthesis.master import AVERAGE_ROWS, PERIOD_LEVELS, MasterParameters
 from fpmatch.lab.synthesis.noise import NO_IMPRESSION
-from fpmatch.lab.synthesis.orientation import ARCHING
+from fpmatch.lab.synthesis.orientation import ARCHING, NATURAL_SHARES, SINGULAR_RANGES, PatternClass
 from research.templates.numbers import (
     HALF,
     MASK,
@@ -104,7 +104,6 @@ def _orientation(
     keys: NDArray[np.uint64], noise: NDArray[np.uint64], shape: tuple[int, int], p: MasterParameters
 ) -> Ints:
     """Draw ridge orientations, as `fpmatch.lab.synthesis.orientation.ridge_orientation`."""
-    zero_pole = p.orientation.zero_pole
     corners = np.arange(_CORNERS) * (2 * np.pi / _CORNERS)
     drawn = uniform(keys, 18 + _POINTS * _CORNERS * 2).astype(np.float64)
     number = np.minimum(np.searchsorted(_LIMITS, drawn[:, 0] * _LIMITS[-1], "right"), 4)
@@ -119,36 +118,36 @@ def _orientation(
     points[..., 0] *= np.where(mirrored, -1, 1)[:, None]
     share = _SHARES[number]
     bend = normal(drawn[:, 18:].reshape(-1, _POINTS, _CORNERS, 2))
-    bend = bend * (zero_pole.correction_deg * _PER_DEGREE)
+    bend = bend * (flat.CORRECTION_DEG * _PER_DEGREE)
     is_core = share > 0
     cores = is_core.sum(axis=1)
     middle = (points * is_core[..., None]).sum(axis=1) / np.maximum(cores, 1)[:, None]
     towards = middle[:, None, :] - points
     to_cores = np.arctan2(towards[..., 1], towards[..., 0])[..., None]
-    lean = between(zero_pole.uprightness, drawn[:, 11])[:, None, None] * (to_cores - np.pi / 2)
+    lean = between(flat.UPRIGHTNESS, drawn[:, 11])[:, None, None] * (to_cores - np.pi / 2)
     lean = lean * np.clip(np.cos(corners - to_cores), 0, 1) * (TURN / (2 * np.pi))
     bend -= np.where((share < 0)[..., None] & (cores > 0)[:, None, None], lean, 0)
-    narrowing = between(zero_pole.loop_narrowing_deg, drawn[:, 12]) * _PER_DEGREE
+    narrowing = between(flat.LOOP_NARROWING_DEG, drawn[:, 12]) * _PER_DEGREE
     for k in range(_POINTS):
         others = share * (np.arange(_POINTS) != k)
         opening = 2 * _turning(points[:, k, 0, None], points[:, k, 1, None], points, others, bend)
         at = np.floor(np.arange(_CORNERS) * (1.0 * TURN / _CORNERS) - opening).astype(np.int64)
         closer = narrowing[:, None] * COARSE_SINE[(at & MASK) >> 6].astype(np.float64)
         bend[:, k] -= np.where(is_core[:, k, None], closer, 0)
-    q, column = p.orientation, (slice(None), None, None)
+    column = slice(None), None, None
     y = ((0.5 * (shape[0] - 1) - np.arange(shape[0])) * STEP_PX)[:, None]
     x = (np.arange(shape[1]) - 0.5 * (shape[1] - 1)) * STEP_PX
     up = y / size[column]
     steepness = (between(_STEEPNESS[number].T, drawn[:, 13]) * _PER_DEGREE)[column]
     half_width = between(_HALF_WIDTH[number].T, drawn[:, 14])[column]
-    wide = half_width * (1 + np.maximum(up / q.widening_px, 0))
-    above = steepness / (1 + np.exp(-(up + q.joint_px) / q.joint_softness_px))
+    wide = half_width * (1 + np.maximum(up / flat.WIDENING_PX, 0))
+    above = steepness / (1 + np.exp(-(up + flat.JOINT_PX) / flat.JOINT_SOFTNESS_PX))
     across, along = (part.reshape(1, -1) for part in np.broadcast_arrays(x, y))
     turn = _turning(across, along, points, share, bend).reshape(-1, *shape)
     u = x / size[column] / wide
     turn -= above * u * np.exp(0.5 * (1 - u * u))
-    swing = between(q.variation_deg, drawn[:, 15]) * _PER_DEGREE
-    variation = smooth_grids(noise, shape, q.variation_extent_px / STEP_PX)
+    swing = between(flat.VARIATION_DEG, drawn[:, 15]) * _PER_DEGREE
+    variation = smooth_grids(noise, shape, flat.VARIATION_EXTENT_PX / STEP_PX)
     variation *= swing[column].astype(np.float32)
     turn += variation
     return (np.floor(turn / LEVEL + 0.5).astype(np.int64) * LEVEL) & (HALF - 1)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.synthesis.plan import Plan
+    from fpmatch.lab.synthesis.database import Plan
     from fpmatch.lab.synthesis.presets import Preset
     from fpmatch.lab.synthesis.sensor import Sensor
     from research.templates.fingers import FingerBatch

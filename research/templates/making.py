@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.lab.synthesis.plan import DEFAULT_SENSOR, Plan, sensors_named
+from fpmatch.lab.synthesis.database import Plan
+from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, sensors_named
 from research.templates.fingers import draw_fingers
 from research.templates.impressions import draw_impressions
 

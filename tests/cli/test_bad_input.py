@@ -64,13 +64,13 @@ CASES = {
         ("1_1.png set/1_1.png -o out", "1_1"),
     ],
     "explain -o out": [
-        ("1_1.png text.png", "text.png, line 1: "),
-        ("p.csv notes.txt", "notes.txt, line 1: "),
+        ("1_1.png text.png", "text.png: line 1: "),
+        ("p.csv notes.txt", "notes.txt: line 1: "),
         ("p.csv q.csv -o notes.txt", "notes.txt/index.html: cannot be written"),
         ("p.csv q.csv --pair 99", "--pair 99: "),
     ],
     "points": [
-        ("p.csv notes.txt --pairs pairs.csv", "notes.txt, line 1: "),
+        ("p.csv notes.txt --pairs pairs.csv", "notes.txt: line 1: "),
         ("p.csv q.csv --matcher best", "unknown matcher 'best'"),
         ("p.csv q.csv --matcher paper:rho=half", "rho is a number, not 'half'"),
         ("p.csv q.csv --tolerance -1", "-1"),

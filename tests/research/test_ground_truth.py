@@ -9,11 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError
-from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.impression import finger_truth, impression_truth, make_impression
 from fpmatch.lab.synthesis.master import MasterParameters, make_master
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
-from fpmatch.lab.synthesis.truth_file import finger_truth, impression_truth
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
 from research.ground_truth import (

@@ -12,11 +12,11 @@ from PIL import Image
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.points.match import match_points
 from fpmatch.lab.points.points_csv import load_points
+from fpmatch.lab.synthesis.database import Plan
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
-from fpmatch.lab.synthesis.plan import Plan, sensors_named
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import SENSORS
+from fpmatch.lab.synthesis.sensor import SENSORS, sensors_named
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.figures import sample_data
 from research.ground_truth import load_truth

@@ -5,11 +5,11 @@ import zlib
 import numpy as np
 import pytest
 
-from fpmatch.lab.synthesis.classes import PatternClass
+from fpmatch.lab.synthesis.database import Plan
 from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.plan import Plan, sensors_named
+from fpmatch.lab.synthesis.orientation import PatternClass
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import SENSORS
+from fpmatch.lab.synthesis.sensor import SENSORS, sensors_named
 from fpmatch.lab.synthesis.warp import Warp
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.pointset.geometry.similarity import Similarity

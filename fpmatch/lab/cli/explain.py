@@ -1,7 +1,8 @@
-"""`fpmatch explain`: the steps of the method on two prints or point sets."""
+"""`fpmatch explain`: a page of the steps of the method on two prints or point sets."""
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -11,8 +12,9 @@ from fpmatch.base.parameters import read_parameters, with_parameters
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes_on, show_line
 from fpmatch.cli.options import PRINT, compare_files, open_side, output_option, pair_options
-from fpmatch.errors import PointSetError
+from fpmatch.errors import OutputError, PointSetError
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher, split_name
+from fpmatch.printable import json_text, printable, printable_lines
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -20,9 +22,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.lab.explain.steps import Step
+    from fpmatch.lab.explain.pictures import Step
 
 PAPER: Final = "paper"
+PAGE, NUMBERS = "index.html", "numbers.json"
+OWN_FILE: Final = re.compile(r"index\.html|numbers\.json|\d\d_[a-z_]+\.svg")
 
 
 @click.command(
@@ -61,25 +65,26 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
     calibration are shown without a score.
     """
     from fpmatch.base.output import check_writable
-    from fpmatch.lab.explain.page import PAGE, check_folder, write_page
-    from fpmatch.lab.explain.steps import ExplainError
+    from fpmatch.lab.explain.pictures import ExplainError
     from fpmatch.lab.plots.style import check_matplotlib
 
     check_matplotlib("explain:")
-    check_folder(output)
+    for other in sorted(path.name for path in output.iterdir()) if output.is_dir() else ():
+        if not OWN_FILE.fullmatch(other):
+            raise OutputError(f"{output}: holds another file, {other}: name a new folder")
     check_writable(output / PAGE)
     sides = [values["probe"], values["reference"]]
     points = [one for path in sides if (one := _points_of(path, values)) is not None]
     if len(points) == 1:
         raise ExplainError(f"{sides[0]} and {sides[1]}: one has points, the other is a print")
+    numbers: dict[str, Any] = {}
     if points:
         if ctx.get_parameter_source("matcher") == ParameterSource.DEFAULT:
             values["matcher"] = PAPER
         sets = list(zip(map(str, sides), points, strict=True))
         result, facts, steps = _of_points(values["matcher"], sets, number)
-        numbers: dict[str, Any] = {}
     else:
-        result, facts, steps, numbers = _of_prints(values, number)
+        result, facts, steps, numbers["result"] = _of_prints(values, number)
     title = f"{sides[0].name} and {sides[1].name}, step by step"
     facts = [("Matcher", values["matcher"]), *facts]
     write_page(output, title, result, facts, steps, {"matcher": values["matcher"], **numbers})
@@ -88,11 +93,11 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
 
 def _of_prints(
     values: dict[str, Any], number: int | None
-) -> tuple[str, list[tuple[str, str]], list[Step], dict[str, Any]]:
-    """Return the decision on two prints, facts, steps and numbers."""
-    from fpmatch.lab.explain.default import explain_prints, transform_step
+) -> tuple[str, list[tuple[str, str]], list[Step], dict[str, Any] | None]:
+    """Return the decision on two prints, facts, steps and the result as JSON."""
+    from fpmatch.lab.explain.default import explain_prints
     from fpmatch.lab.explain.paper import PaperMethod, explain_points
-    from fpmatch.lab.explain.steps import ExplainError
+    from fpmatch.lab.explain.pictures import ExplainError
     from fpmatch.matching.calibration import is_calibrated
     from fpmatch.prints.report import IDENTITY, as_rows, outcome
 
@@ -102,23 +107,22 @@ def _of_prints(
         only = f"only {DEFAULT_MATCHER} and {PAPER} are explained"
         raise ExplainError(f"{only}, not {values['matcher']}")
     if plain == DEFAULT_MATCHER and not (values["calibration"] or is_calibrated(matcher.name)):
-        both = open_side(values, "probe"), open_side(values, "reference")
-        say_notes_on(both)
-        reason = "none: these parameters have no calibration; see fpmatch calibrate"
-        steps = explain_prints(*both, matcher.parameters, number, None)
-        return "NO SCORE", [("Score", reason)], steps, {"result": None}
-    pair = compare_files(values)
-    both = pair.probe, pair.reference
+        pair, both = None, (open_side(values, "probe"), open_side(values, "reference"))
+    else:
+        pair = compare_files(values)
+        both = pair.probe, pair.reference
     say_notes_on(both)
+    if plain == PAPER:
+        steps = explain_points(PaperMethod.of_prints(*both, matcher), number)
+    else:
+        steps = explain_prints(*both, matcher.parameters, number, pair)
+    if pair is None:
+        reason = "none: these parameters have no calibration; see fpmatch calibrate"
+        return "NO SCORE", [("Score", reason)], steps, None
     if pair.verification.identical is not None:
         say_note(IDENTITY[pair.verification.identical])
-    if plain == DEFAULT_MATCHER:
-        steps = explain_prints(*both, matcher.parameters, number, pair)
-    else:
-        steps = explain_points(PaperMethod.of_prints(*both, matcher), number)
-        steps.append(transform_step(pair))
     facts = as_rows(pair.verification, pair.quality)
-    return outcome(pair.verification), facts, steps, {"result": pair.as_dict()}
+    return outcome(pair.verification), facts, steps, pair.as_dict()
 
 
 def _of_points(
@@ -126,7 +130,7 @@ def _of_points(
 ) -> tuple[str, list[tuple[str, str]], list[Step]]:
     """Return the paper's decision on two point sets, facts and steps."""
     from fpmatch.lab.explain.paper import PaperMethod, explain_points
-    from fpmatch.lab.explain.steps import ExplainError
+    from fpmatch.lab.explain.pictures import ExplainError
     from fpmatch.lab.points.match import match_points
     from fpmatch.pointset.paper.matcher import UnitCircleParameters
     from fpmatch.prints.report import verdict
@@ -139,12 +143,11 @@ def _of_points(
     given.pop("rho", None)
     parameters = with_parameters(UnitCircleParameters(), given, matcher.name)
     method = PaperMethod.of_sets(sets, parameters, matcher.parameters.rho)
-    steps = explain_points(method, number)
     try:
         by_default = repr(match_points(sets[0][1], sets[1][1]))
     except PointSetError as error:
         by_default = str(error)
-    return verdict(method.matches), [("By triangles", by_default)], steps
+    return verdict(method.matches), [("By triangles", by_default)], explain_points(method, number)
 
 
 def _points_of(path: Path, values: dict[str, Any]) -> NDArray[np.float64] | None:
@@ -163,3 +166,34 @@ def _points_of(path: Path, values: dict[str, Any]) -> NDArray[np.float64] | None
         if is_npy(head):  # of minutiae
             return None
         raise
+
+
+def write_page(
+    folder: Path,
+    title: str,
+    verdict: str,
+    facts: list[tuple[str, str]],
+    steps: list[Step],
+    numbers: dict[str, Any],
+) -> None:
+    """Write pictures, numbers and page, in this order, in place of those of an earlier page."""
+    from fpmatch._version import __version__
+    from fpmatch.base.folders import write_files
+    from fpmatch.base.html import page_templates
+    from fpmatch.lab.plots.style import number
+
+    names = [f"{n:02d}_{step.name}.svg" * bool(step.picture) for n, step in enumerate(steps, 1)]
+    files = {name: step.picture for name, step in zip(names, steps, strict=True) if step.picture}
+    numbers = {**numbers, **{step.name: step.numbers for step in steps if step.numbers}}
+    files[NUMBERS] = (json_text(numbers, indent=None) + "\n").encode()
+    templates = page_templates("fpmatch.lab.explain")
+    templates.filters["number"] = number
+    shown = list(zip(steps, names, strict=True))
+    html = templates.get_template("page.html.j2").render(
+        title=printable(title), verdict=verdict, facts=facts, steps=shown, version=__version__
+    )
+    files[PAGE] = printable_lines(html.lstrip()).encode()
+    write_files(files, folder)
+    for path in folder.iterdir():
+        if path.name not in files and OWN_FILE.fullmatch(path.name):
+            path.unlink()

@@ -12,31 +12,26 @@ import numpy as np
 from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.base.parameters import Parameter, parameters_of, read_parameters
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import say_note, show
+from fpmatch.cli.notes import show
 from fpmatch.cli.options import FILE, file_option, json_option
-from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import PointSetError, did_you_mean, unknown_name
 from fpmatch.lab.plots.style import check_plot, match_facts
-from fpmatch.lab.points.match import match_points
+from fpmatch.lab.points.match import POINT_MATCHERS, match_points
 from fpmatch.lab.points.points_csv import XY, load_table
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters
 from fpmatch.printable import json_text, printable
 from fpmatch.prints.report import LABEL_WIDTH, verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from fpmatch.lab.points.points_csv import PointTable
     from fpmatch.pointset.geometry.point_match import PointMatch
 
-_TRANSFORM: Final = ("scale", "rotation_deg", "tx", "ty")
-_RHO: Final = {"rho": Parameter("rho", DEFAULT_RHO, "share of points paired", "", 0, 1)}
 _AREAS: Final = "area_tolerance"
-_PARAMETERS: Final[Mapping[str, Mapping[str, Parameter]]] = {
-    "triangles": {},
-    "paper": {**_RHO, _AREAS: parameters_of(UnitCircleParameters())[_AREAS]},
-    "van-wamelen": _RHO,
+_PARAMETERS: Final = {
+    "rho": Parameter("rho", DEFAULT_RHO, "share of points paired", "", 0, 1),
+    _AREAS: parameters_of(UnitCircleParameters())[_AREAS],
 }
 _PAIR_COLUMNS: Final = ("p", "q", "p_x", "p_y", "q_x", "q_y", "distance", "p_name", "q_name")
 
@@ -102,7 +97,7 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
 @click.argument("q", metavar="Q.csv", type=FILE)
 @click.option(
     "--matcher",
-    metavar=f"[{'|'.join(_PARAMETERS)}][:PARAMETER=VALUE,...]",
+    metavar=f"[{'|'.join(POINT_MATCHERS)}][:PARAMETER=VALUE,...]",
     default="triangles",
     help="Matcher to use, perhaps with parameters, see below.",
 )
@@ -146,7 +141,7 @@ def points(
     Both are tables with columns x and y, or --columns, or two columns of numbers. Not every point
     needs a partner.
     """
-    from fpmatch.lab.plots.point_plot import save_point_plot
+    from fpmatch.lab.plots.style import save_point_plot
 
     if len(columns) > 2:
         raise click.UsageError("--columns is given once for both sets, or once for each")
@@ -158,14 +153,19 @@ def points(
     named = columns or (XY,)
     names = printable(p), printable(q)
     tables = load_table(p, named[0]), load_table(q, named[-1])
-    for name, table in zip(names, tables, strict=True):
-        repeats = len(table.points) - len(np.unique(table.points.view(np.complex128)))
-        if repeats:
-            say_note(f"{name}: points that repeat another: {repeats:,}")
-    with ProgressBars({"search": "searching"}) as bars:
-        match = _match(names, tables, reflect, given, bars)
+    try:
+        sets = (table.points for table in tables)
+        match = match_points(*sets, reflect=reflect, **given)
+    except PointSetError as error:  # which may be of a set, by its letter
+        letter, colon, why = str(error).partition(": ")
+        name = dict(zip("pq", names, strict=True)).get(letter, letter)
+        raise PointSetError(f"{name}{colon}{why}") from error
     if as_json:
-        show(_as_json((str(p), str(q)), tables, match, given, reflect=reflect))
+        document = _document(match, reflect=reflect)
+        document["points"] = dict(zip("pq", (len(table.points) for table in tables), strict=True))
+        document |= given | ({"reflect": True} if reflect else {}) | {"p": str(p), "q": str(q)}
+        members = (f'  "{key}": {json_text(v, indent=None)}' for key, v in document.items())
+        show("{\n" + ",\n".join(members) + "\n}")
     else:
         counts = (f"{len(t.points):,} in {name}" for name, t in zip(names, tables, strict=True))
         rows = [("Points", " and ".join(counts)), *match_facts(match)]
@@ -181,61 +181,31 @@ def points(
 
 
 def _chosen(text: str, tolerance: float | None) -> dict[str, Any]:
-    """Return the options of the matcher that a text states, None where not given."""
+    """Return the matcher that a text states and its parameters, None where not given."""
     name, _, stated = text.partition(":")
-    if name not in _PARAMETERS:
-        raise PointSetError(unknown_name("matcher", name, _PARAMETERS))
-    values: dict[str, Any] = {"matcher": name, "tolerance": tolerance}
-    values |= {"rho": None, "area_tolerance": None}
-    known, owner = _PARAMETERS[name], f"matcher {name}"
+    if name not in POINT_MATCHERS:
+        raise PointSetError(unknown_name("matcher", name, POINT_MATCHERS))
+    owner = f"matcher {name}"
     given = read_parameters(stated, owner) if stated else {}
-    for parameter, value in given.items():
-        if parameter not in known:
-            question = did_you_mean(parameter, known)
-            raise PointSetError(f"{owner} has no parameter {parameter!r}.{question}")
-        values[parameter] = known[parameter].read(value, owner)
-    return values
+    for unknown in given.keys() - _PARAMETERS.keys():
+        question = did_you_mean(unknown, _PARAMETERS)
+        raise PointSetError(f"{owner} has no parameter {unknown!r}.{question}")
+    read = {key: _PARAMETERS[key].read(value, owner) for key, value in given.items()}
+    return {"matcher": name, "tolerance": tolerance, **dict.fromkeys(_PARAMETERS), **read}
 
 
-def _match(
-    names: Sequence[str],
-    tables: Sequence[PointTable],
-    reflect: bool,
-    given: Mapping[str, Any],
-    bars: ProgressBars,
-) -> PointMatch:
-    """Match two sets, or refuse one by the name of its file."""
+def _document(match: PointMatch, *, reflect: bool) -> dict[str, Any]:
+    """Return a match as members of a JSON object; what does not exist is null.
 
-    def progress(tried: int, most: int) -> None:
-        bars.show("search", tried, most, f"{tried:,} transforms")
-
-    p, q = (table.points for table in tables)
-    try:
-        return match_points(p, q, **given, reflect=reflect, progress=progress)
-    except PointSetError as error:  # which may be of a set, by its letter
-        letter, colon, why = str(error).partition(": ")
-        name = dict(zip("pq", names, strict=True)).get(letter, letter)
-        raise PointSetError(f"{name}{colon}{why}") from error
-
-
-def _as_json(
-    paths: tuple[str, str],
-    tables: Sequence[PointTable],
-    match: PointMatch,
-    given: Mapping[str, str | float | None],
-    *,
-    reflect: bool,
-) -> str:
-    """Return a match as one JSON object, a member a line; what does not exist is null.
-
-    Members of mirrored maps are left out unless `reflect` is set.
+    Whether the map is mirrored is left out unless `reflect` is set.
     """
-    t = match.transform
-    names = (*_TRANSFORM, "mirrored") if reflect else _TRANSFORM
-    transform = {} if t is None else {name: getattr(t, name) for name in names}
-    document: dict[str, Any] = {
+    t, transform = match.transform, None
+    if t is not None:
+        names = ("scale", "rotation_deg", "tx", "ty", "mirrored")[: None if reflect else 4]
+        transform = {**{name: getattr(t, name) for name in names}, "matrix": t.matrix.tolist()}
+    return {
         "match": t is not None,
-        "transform": None if t is None else {**transform, "matrix": t.matrix.tolist()},
+        "transform": transform,
         "pairs": match.pairs.tolist(),
         "matched_share": match.matched_share,
         "rms": None if t is None else match.rms,
@@ -243,13 +213,7 @@ def _as_json(
         "local_matches": match.local_matches,
         "reason": match.reason,
         "equal_maps": match.equal_maps,
-        "points": dict(zip("pq", (len(table.points) for table in tables), strict=True)),
-        **given,
-        **({"reflect": True} if reflect else {}),
-        **dict(zip("pq", paths, strict=True)),
     }
-    members = (f'  "{key}": {json_text(v, indent=None)}' for key, v in document.items())
-    return "{\n" + ",\n".join(members) + "\n}"
 
 
 def _write_pairs(path: Path, p: PointTable, q: PointTable, match: PointMatch) -> None:

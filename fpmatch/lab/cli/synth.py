@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-import re
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import show
-from fpmatch.cli.options import json_option
+from fpmatch.cli.options import image_size, json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import workers_option
-from fpmatch.lab.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
+from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, SENSORS, Sensor, plain_sensor
 from fpmatch.printable import count, json_text, printable
+from fpmatch.templates.minutiae import STANDARD_DPI
+
+if TYPE_CHECKING:
+    from fpmatch.image.io.grey import RawSize
 
 _PRESETS: Final = {
     "clean": "straight, evenly pressed, nothing smeared: every ridge is visible",
@@ -89,6 +91,7 @@ Examples:
 @click.option(
     "--size",
     metavar="WxH",
+    type=image_size,
     help="Instead of --sensor: width and height in pixels of a plain white one.",
 )
 @click.option("--dpi", type=float, help="Resolution of the sensor that --size describes.")
@@ -97,7 +100,7 @@ Examples:
 def synth(
     out: Path,
     sensors: tuple[str, ...],
-    size: str | None,
+    size: RawSize | None,
     dpi: float | None,
     as_json: bool,
     **plan: Any,
@@ -110,7 +113,13 @@ def synth(
     """
     from fpmatch.lab.synthesis.database import make_database
 
-    chosen = _sensors(sensors, size, dpi)
+    if size is None and dpi is not None:
+        raise click.UsageError("--dpi belongs to --size; named sensors have their own")
+    if size is not None and sensors:
+        raise click.UsageError("either --sensor or --size, not both")
+    chosen: tuple[str | Sensor, ...] = sensors or (DEFAULT_SENSOR,)
+    if size is not None:
+        chosen = (plain_sensor(size.width, size.height, dpi or STANDARD_DPI),)
     start = time.perf_counter()
     with ProgressBars({"synth": "making fingers"}) as bars:
         made = make_database(out, sensors=chosen, progress=bars.show, **plan)
@@ -121,20 +130,3 @@ def synth(
     there = f"{count(made.fingers, 'finger')} x {count(made.impressions, 'impression')}"
     there += f" in {printable(made.folder)}, {made.bytes / 1e6:.1f} MB"
     show(json_text(document) if as_json else f"{there}: {done if pictures else 'nothing to do'}")
-
-
-def _sensors(
-    names: tuple[str, ...], size: str | None, dpi: float | None
-) -> tuple[str | Sensor, ...]:
-    """Return the sensors that the options name."""
-    if size is None:
-        if dpi is not None:
-            raise click.UsageError("--dpi belongs to --size; named sensors have their own")
-        return names or (DEFAULT_SENSOR,)
-    if names:
-        raise click.UsageError("either --sensor or --size, not both")
-    sides = re.fullmatch(r"(\d{1,6})x(\d{1,6})", size, re.ASCII)
-    if sides is None:
-        raise click.BadParameter(f"{size!r} is not like 388x374", param_hint="--size")
-    width, height = map(int, sides.groups())
-    return (plain_sensor(width, height) if dpi is None else plain_sensor(width, height, dpi),)

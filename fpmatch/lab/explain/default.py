@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.drawing.overlay.draw import View, overlay_scene, scene_bytes
+from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
 from fpmatch.lab.explain import pictures as draw
-from fpmatch.lab.explain.steps import FRAME_NAME, Ring, Side, Step, chosen_pair
+from fpmatch.lab.explain.pictures import FRAME_NAME, Ring, Side, Step, chosen_pair
+from fpmatch.lab.plots.style import short_name
 from fpmatch.matching import reference as method
 from fpmatch.matching.constants import comparison as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline.evidence import FEATURES, amount_terms, load_weights
-from fpmatch.matching.reference.alignment import Pairing, grow, seeded
 from fpmatch.matching.reference.evidence import features_of, most_decades
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.pair_mesh import measure
@@ -27,9 +28,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from fpmatch.lab.explain.steps import Sides
+    from fpmatch.lab.explain.pictures import Letter, Sides
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.prints.prepared import PreparedTemplate
+    from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.prints.pair import ComparedPair
     from fpmatch.prints.reading import GivenPrint
@@ -82,29 +84,6 @@ class DefaultMethod:
         return i[order], partner[i][order]
 
     @cached_property
-    def hypothesis(self) -> tuple[int | None, Numbers]:
-        """Which hypothesis grew to the pairs, from 1, None for none; its partners of A's minutiae.
-
-        Where none did, those of the first are returned.
-        """
-        a, b = self.prints
-        p, c = self.parameters, self.candidates
-        first, seeds = np.full(len(a), -1), c.seeds
-        for k in range(1, p.hypotheses + 1):
-            if not seeds:
-                break
-            partner, weight = c.hypothesis(len(a), seeds[0])
-            first = partner if k == 1 else first
-            coarse = grow(seeded(a.points, b.points, partner, weight, p), p.coarse_rounds)
-            grown = grow(coarse, p.rounds - p.coarse_rounds, settled=True)
-            ends = [one.partner for one in (coarse, grown)]
-            if self.matched and any((self.matched[0].partner == end).all() for end in ends):
-                return k, partner
-            among = c.among(coarse.partner)
-            seeds = [seed for seed in seeds[1:] if not among[seed]]
-        return None, first
-
-    @cached_property
     def rings(self) -> list[Ring | None]:
         """The ring of each pair in the mesh of pairs."""
         if self.matched is None:
@@ -136,10 +115,12 @@ class DefaultMethod:
         )
 
 
-def _side(letter: Any, given: GivenPrint, prepared: PreparedTemplate) -> Side:
+def _side(letter: Letter, given: GivenPrint, prepared: PreparedTemplate) -> Side:
     z = prepared.points[0] + 1j * prepared.points[1]
     index = prepared.index.astype(np.intp)
-    return Side(letter, given.name, z, index, 1.0 / prepared.to_500dpi, True, given)
+    return Side(
+        letter, short_name(Path(given.name).name), z, index, 1.0 / prepared.to_500dpi, True, given
+    )
 
 
 def explain_prints(
@@ -154,44 +135,28 @@ def explain_prints(
     chosen = chosen_pair(asked, m.rings, m.candidates.similarity[m.paired].tolist())
     made = [draw.points_step(m.sides), draw.triangulation_step(m.sides)]
     if len(m.candidates.first):
-        made += [_neighbours(m, chosen), _local(m), _relaxation(m)]
+        made += [_neighbours(m, chosen), *_local(m)]
     if m.matched is None:
         return [*made, Step("nothing_paired")]
     pairing, evidence = m.matched
-    made += [_mesh(m, pairing), *_ring(m, pairing, chosen)]
+    made += [_mesh(m, pairing), *_ring_steps(m, pairing, chosen)]
+    predicted, partner = pairing.mesh[1], pairing.places[1][pairing.partner]
     numbers = {
         "first": m.ordered[0].letter,
-        "off": float(abs(pairing.mesh[1] - _partners(pairing))[m.paired[0]].mean()),
-        "minutiae": len(pairing.partner),
-        "at": m.ordered[1].shown(pairing.mesh[1]).tolist(),
+        "off": float(abs(predicted - partner)[m.paired[0]].mean()),
+        "at": m.ordered[1].shown(predicted).tolist(),
     }
-    picture = draw.superposed(m.ordered, pairing.mesh[1], m.paired)
-    made.append(Step("predictions", picture, numbers))
+    made.append(Step("predictions", draw.superposed(m.ordered, predicted, m.paired), numbers))
     if pair is not None and pair.verification.ridge_map is not None:
-        made.append(Step("ridges", _overlay(pair, "ridges")))
+        images = pair.probe.pixels, pair.reference.pixels
+        ridges = overlay_scene(*images, pair.verification, "ridges")
+        made.append(Step("ridges", scene_bytes(".svg", ridges)))
     made.append(_evidence(m, evidence, pair))
-    if pair is not None and pair.verification.transform is not None:
-        return [*made, transform_step(pair)]
     (linear, shift), z = pairing.move, m.sides[0].z
     moved = (z - shift) / linear if m.swapped else linear * z + shift
     picture = draw.superposed(m.sides, moved, m.as_pq(*m.paired))
-    return [*made, Step("transform", picture, {"reason": ""})]
-
-
-def transform_step(pair: ComparedPair) -> Step:
-    """Show the transform of the probe over the reference, as ``verify --overlay`` does."""
-    numbers = {"reason": pair.verification.reason}
-    return Step("transform", _overlay(pair, "superposed"), numbers)
-
-
-def _overlay(pair: ComparedPair, view: View) -> bytes:
-    images = pair.probe.pixels, pair.reference.pixels
-    return scene_bytes(".svg", overlay_scene(*images, pair.verification, view))
-
-
-def _partners(pairing: Pairing) -> NDArray[np.complex128]:
-    """Return where the partners of A's minutiae are; of those without, any."""
-    return np.asarray(pairing.places[1][pairing.partner])
+    reason = "" if pair is None else pair.verification.reason
+    return [*made, Step("transform", picture, {"reason": reason})]
 
 
 def _neighbours(m: DefaultMethod, chosen: int | None) -> Step:
@@ -200,40 +165,31 @@ def _neighbours(m: DefaultMethod, chosen: int | None) -> Step:
     i, j = (int(k) for k in np.unravel_index(similarity.argmax(), similarity.shape))
     if chosen is not None:
         i, j = (int(of[chosen]) for of in m.paired)
-    described = [of.neighbourhoods for of in m.prints]
-    ours, theirs = (
-        of.frame[k, :, : of.count[k]].astype(float) for of, k in zip(described, (i, j), strict=True)
-    )
-    best = counterparts(ours, theirs, p.neighbour_cosine)
+    described = zip((of.neighbourhoods for of in m.prints), (i, j), strict=True)
+    frames = [of.frame[k, :, : of.count[k]].astype(float) for of, k in described]
+    best = counterparts(frames[0], frames[1], p.neighbour_cosine)
 
-    def three(*axes: Axes) -> None:
-        both = axes[2]
-        both.set(aspect="equal", xticks=[], yticks=[])
-        both.set_title("Both, directions to the right", loc="left")
-        both.annotate("", (30, 0), (0, 0), arrowprops={"arrowstyle": "->", "lw": 2})
-        ends = [(ours[:2, k], theirs[:2, n]) for k, n in best]
-        draw.lines(both, np.reshape(ends, (-1, 2, 2)), draw.TEXT, 1.5)
-        for side, of, k, frame in zip(m.ordered, described, (i, j), (ours, theirs), strict=True):
-            near, ax = side.z[of.neighbour[k, : of.count[k]]], axes[side.letter == "Q"]
-            title = f"{side.letter}: minutia {side.index[k]} and its neighbours"
-            draw.ground(ax, side, title, np.append(near, side.z[k]), 0.4)
-            draw.lines(ax, side.shown(side.edges))
-            draw.dots(ax, side, near)
-            ax.plot(*side.shown(side.z[k]), "*", markersize=13, color=draw.TEXT)
+    def one(axes: Axes) -> None:
+        axes.set(aspect="equal", xticks=[], yticks=[])
+        axes.set_title("Both minutiae in the middle, directions to the right", loc="left")
+        axes.annotate("", (30, 0), (0, 0), arrowprops={"arrowstyle": "->", "lw": 2})
+        ends = [(frames[0][:2, k], frames[1][:2, n]) for k, n in best]
+        draw.lines(axes, np.reshape(ends, (-1, 2, 2)), draw.TEXT, 1.5)
+        for side, frame in zip(m.ordered, frames, strict=True):
             colour, fill = draw.MARKS[side.letter], draw.FILLS[side.letter]
-            both.scatter(frame[0], frame[1], 60 * frame[5] ** 2, fill, edgecolors=colour)
+            axes.scatter(frame[0], frame[1], 60 * frame[5] ** 2, fill, edgecolors=colour)
 
     numbers = {
         "pair": None if chosen is None else chosen + 1,
         "first": m.ordered[0].letter,
-        "neighbours": ours.shape[1],
+        "neighbours": frames[0].shape[1],
         "counterparts": len(best),
         "similarity": float(similarity[i, j]),
         "most": p.neighbours,
         "fewest": p.fewest_neighbours,
         "cosine": p.neighbour_cosine,
     }
-    return Step("neighbours", draw.draw(3, three), numbers)
+    return Step("neighbours", draw.draw(1, one), numbers)
 
 
 def counterparts(ours: NDArray[Any], theirs: NDArray[Any], least: float) -> list[tuple[int, int]]:
@@ -246,36 +202,29 @@ def counterparts(ours: NDArray[Any], theirs: NDArray[Any], least: float) -> list
     return [(k, n) for k, n in enumerate(best) if value[k, n] > 0.0]
 
 
-def _local(m: DefaultMethod) -> Step:
-    """Show the local matches, as wide as they are similar."""
-    c = m.candidates
-    similar = c.similarity[c.first, c.second]
-    styles = [{"linewidth": 0.6 + 4.0 * s / similar.max()} for s in similar]
-    numbers = {
+def _local(m: DefaultMethod) -> list[Step]:
+    """Show the local matches, as wide as they are similar, and what relaxation leaves of them."""
+    c, p = m.candidates, m.parameters
+    similar = c.similarity[c.first, c.second].astype(np.float64)
+    left = c.relaxed / similar
+    kept = np.zeros(len(left), bool) if m.matched is None else c.among(m.matched[0].partner)
+    pairs = m.as_pq(c.first, c.second)
+    widths = [{"linewidth": 0.6 + 4.0 * s / similar.max()} for s in similar]
+    local = {
         "least": float(similar.min()),
         "most": float(similar.max()),
-        "rejected": bool(method.rejected(*m.prints, m.parameters)),
+        "rejected": bool(method.rejected(*m.prints, p)),
     }
-    return Step("local_matches", draw.links(m.sides, m.as_pq(c.first, c.second), styles), numbers)
-
-
-def _relaxation(m: DefaultMethod) -> Step:
-    """Show what relaxation leaves of the local matches, those of the hypothesis on top."""
-    c, p, (which, partner) = m.candidates, m.parameters, m.hypothesis
-    similar = c.similarity[c.first, c.second].astype(np.float64)
-    kept, left = c.among(partner), c.relaxed / similar
-    order = np.argsort(kept, kind="stable")
     styles = [
-        {"color": draw.KEPT if kept[k] else draw.LEFT, "linestyle": "-" if kept[k] else "--"}
-        | {"linewidth": 0.6 + 6.0 * left[k]}
-        for k in order
+        {"color": draw.KEPT if is_kept else draw.LEFT, "linestyle": "-" if is_kept else "--"}
+        | {"linewidth": 0.6 + 6.0 * share, "zorder": 3 + is_kept}
+        for is_kept, share in zip(kept, left, strict=True)
     ]
-    of_p, of_q = m.as_pq(m.ordered[0].index[c.first], m.ordered[1].index[c.second])
-    columns = of_p.tolist(), of_q.tolist(), similar.tolist(), c.relaxed.tolist(), kept.tolist()
+    of_p, of_q = (side.index[of].tolist() for side, of in zip(m.sides, pairs, strict=True))
     names = "p", "q", "similarity", "relaxed", "kept"
-    numbers = {
-        "matches": [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)],
-        "hypothesis": which,
+    rows = zip(of_p, of_q, similar.tolist(), c.relaxed.tolist(), kept.tolist(), strict=True)
+    relaxed = {
+        "matches": [dict(zip(names, row, strict=True)) for row in rows],
         "kept": int(kept.sum()),
         "left": float(left.max()),
         "strength": c.strength,
@@ -283,57 +232,48 @@ def _relaxation(m: DefaultMethod) -> Step:
         "rounds": p.relaxation_rounds,
         "inertia": p.inertia,
     }
-    pairs = m.as_pq(c.first[order], c.second[order])
-    return Step("relaxation", draw.links(m.sides, pairs, styles), numbers)
+    return [
+        Step("local_matches", draw.links(m.sides, pairs, widths), local),
+        Step("relaxation", draw.links(m.sides, pairs, styles), relaxed),
+    ]
 
 
 def _mesh(m: DefaultMethod, pairing: Pairing) -> Step:
     """Show the mesh of pairs in both prints."""
-    mesh, (i, j), (which, partner) = pairing.mesh[0], m.paired, m.hypothesis
+    mesh, both_paired = pairing.mesh[0], m.as_pq(*m.paired)
     inner = mesh.triangles[(mesh.triangles >= fixed.FRAME).all(axis=1)]
     edges = np.stack([inner, np.roll(inner, -1, axis=1)], axis=2).reshape(-1, 2)
 
     def both(*axes: Axes) -> None:
         vertices = m.as_pq(mesh.vertex, mesh.image)
-        for ax, side, of, vertex in zip(axes, m.sides, m.as_pq(i, j), vertices, strict=True):
+        for ax, side, of, vertex in zip(axes, m.sides, both_paired, vertices, strict=True):
             draw.ground(ax, side, f"{side.letter}: {len(of)} paired")
             draw.lines(ax, side.shown(vertex[edges]), draw.MARKS[side.letter])
             ax.plot(*side.shown(np.delete(side.z, of)).T, ".", color=draw.GREY)
             draw.dots(ax, side, side.z[of])
             draw.labels(ax, side.shown(side.z[of]))
 
-    pairs = m.as_pq(m.ordered[0].index[i].tolist(), m.ordered[1].index[j].tolist())
+    index = [side.index[of].tolist() for side, of in zip(m.sides, both_paired, strict=True)]
     numbers = {
-        "pairs": [list(pair) for pair in zip(*pairs, strict=True)],
+        "pairs": [list(pair) for pair in zip(*index, strict=True)],
         "same": m.prints[0].key == m.prints[1].key,
-        "hypothesis": which,
-        "started": int(np.count_nonzero(partner >= 0)),
-        "lasting": int(np.count_nonzero((partner >= 0) & (partner == pairing.partner))),
     }
     return Step("mesh_of_pairs", draw.draw(2, both), numbers)
 
 
-def _ring(m: DefaultMethod, pairing: Pairing, chosen: int | None) -> list[Step]:
+def _ring_steps(m: DefaultMethod, pairing: Pairing, chosen: int | None) -> list[Step]:
     """Show the ring of the chosen pair on the unit circle, and its weights."""
-    ring = None if chosen is None else m.rings[chosen]
-    if chosen is None or ring is None:
+    if chosen is None:
         return [Step("unit_circle")]
     mesh, predicted, *_ = pairing.mesh
-    i, places = int(m.paired[0][chosen]), pairing.places
+    (i, j), places = (int(of[chosen]) for of in m.paired), pairing.places
     alone = replace(mesh, owner=np.append(mesh.owner[: fixed.FRAME], i))
     agreement = measure(alone, places[1], pairing.partner, predicted, m.parameters)
     weights = ring_weights(mesh.vertex[mesh.rings[i, mesh.once(i)]] - places[0][i])
-    circle = {"pair": chosen + 1, "agreement": agreement["places"], **ring.numbers()}
-    weighed = {
-        "first": m.ordered[0].letter,
-        "weights": weights.tolist(),
-        "off": float(abs(predicted[i] - _partners(pairing)[i])),
-        "agreement": agreement["weights"],
-    }
-    return [
-        Step("unit_circle", draw.circle_picture(ring), circle),
-        Step("weights", draw.weights_picture(ring, int(m.swapped), weights), weighed),
-    ]
+    circle = {"pair": chosen + 1, "agreement": agreement["places"]}
+    off = float(abs(predicted[i] - places[1][j]))
+    weighed = {"off": off, "agreement": agreement["weights"]}
+    return draw.ring_steps(m.rings[chosen], int(m.swapped), weights, circle, weighed)
 
 
 def _evidence(m: DefaultMethod, evidence: Evidence, pair: ComparedPair | None) -> Step:
@@ -349,6 +289,7 @@ def _evidence(m: DefaultMethod, evidence: Evidence, pair: ComparedPair | None) -
     bound = most_decades(e["pairs"], e["chance"], unusual, e["cells"])
     columns = FEATURES, features.tolist(), (weight / spread).tolist(), adds.tolist()
     v = None if pair is None else pair.verification
+    reported = v and {"minus_log_fmr": -math.log(v.fmr), "score": v.score, "at": v.threshold}
     numbers = {
         **e,
         "features": list(zip(*columns, strict=True)),
@@ -356,11 +297,6 @@ def _evidence(m: DefaultMethod, evidence: Evidence, pair: ComparedPair | None) -
         "by_sum": fixed.LOG_10 * float(decades),
         "bound": fixed.LOG_10 * bound if math.isfinite(bound) else None,
         "rejected": method.rejected(*m.prints, p) or None,
-        "reported": v
-        and {
-            "minus_log_fmr": -math.log(v.fmr),
-            "score": v.score,
-            "at": v.threshold,
-        },
+        "reported": reported,
     }
     return Step("evidence", None, numbers)

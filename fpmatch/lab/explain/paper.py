@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.errors import PointSetError
 from fpmatch.lab.explain import pictures as draw
-from fpmatch.lab.explain.steps import Ring, Side, Step, chosen_pair
+from fpmatch.lab.explain.pictures import Ring, Side, Step, chosen_pair
+from fpmatch.lab.plots.style import short_name
 from fpmatch.pointset.geometry.point_match import check_rho
 from fpmatch.pointset.paper.matcher import match_prepared, similar_rings
 from fpmatch.pointset.paper.one_rings import prepare_points
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.explain.steps import Sides
+    from fpmatch.lab.explain.pictures import Letter, Sides
     from fpmatch.matching.matchers.paper import PaperMatcher
     from fpmatch.pointset.geometry.point_match import PointMatch
     from fpmatch.pointset.paper.matcher import UnitCircleParameters
@@ -50,8 +52,7 @@ class PaperMethod:
         cls, probe: GivenPrint, reference: GivenPrint, matcher: PaperMatcher
     ) -> PaperMethod:
         """Take the steps on the positions of minutiae, at 500 dpi."""
-        given = probe, reference
-        p, q = (matcher.prepare(one.template).at_500_dpi for one in given)
+        p, q = (matcher.prepare(one.template).at_500_dpi for one in (probe, reference))
         sides = _side("P", probe.name, p, probe), _side("Q", reference.name, q, reference)
         return cls(sides, (p, q), matcher.parameters, matcher.parameters.rho)
 
@@ -104,10 +105,10 @@ class PaperMethod:
         )
 
 
-def _side(letter: Any, name: str, of: PreparedPoints, given: GivenPrint | None = None) -> Side:
+def _side(letter: Letter, name: str, of: PreparedPoints, given: GivenPrint | None = None) -> Side:
     z = of.points.view(np.complex128).ravel()
     unit = 1.0 if given is None else given.template.dpi / 500.0
-    return Side(letter, name, z, np.arange(len(z)), unit, False, given)
+    return Side(letter, short_name(Path(name).name), z, np.arange(len(z)), unit, False, given)
 
 
 def _prepared(name: str, points: Floats) -> PreparedPoints:
@@ -143,20 +144,16 @@ def explain_points(m: PaperMethod, asked: int | None) -> list[Step]:
     ]
     chosen = chosen_pair(asked, m.rings, agreement)
     made = [draw.points_step(m.sides), draw.triangulation_step(m.sides)]
-    ring = None if chosen is None else m.rings[chosen]
-    if chosen is not None and ring is not None:
-        i, j = m.match.pairs[chosen].tolist()
-        p, q = m.circle(0, i), m.circle(1, j)
-        assert p is not None
-        assert q is not None
-        areas = {"areas": [p.area, q.area], "limit": m.parameters.area_tolerance}
-        picture = draw.circle_picture(ring, (complex(*p.image), complex(*q.image)))
-        numbers = {"pair": chosen + 1, "centre": [i, j], **areas, **ring.numbers()}
-        made.append(Step("unit_circle", picture, numbers))
-        numbers = {"first": "P", "weights": p.weights.tolist()}
-        made.append(Step("weights", draw.weights_picture(ring, 0, p.weights), numbers))
-    else:
-        made.append(Step("unit_circle"))
+    if chosen is None:
+        return [*made, Step("unit_circle"), _local(m), _global(m)]
+    i, j = m.match.pairs[chosen].tolist()
+    p, q = m.circle(0, i), m.circle(1, j)
+    assert p is not None
+    assert q is not None
+    images = complex(*p.image), complex(*q.image)
+    areas = {"areas": [p.area, q.area], "limit": m.parameters.area_tolerance}
+    circle = {"pair": chosen + 1, "centre": [i, j], **areas}
+    made += draw.ring_steps(m.rings[chosen], 0, p.weights, circle, {}, images)
     return [*made, _local(m), _global(m)]
 
 
@@ -183,9 +180,8 @@ def _local(m: PaperMethod) -> Step:
 
 def _global(m: PaperMethod) -> Step:
     """Show P, moved by the best transform, over Q."""
-    match, (p, q) = m.match, m.sides
+    match, (p, q), t = m.match, m.sides, m.match.transform
     numbers: dict[str, Any] = {"match": m.matches, "rho": m.rho, "pairs": match.pairs.tolist()}
-    t = match.transform
     if t is None:
         return Step("global_match", None, numbers)
     larger = int(len(m.prepared[1]) >= len(m.prepared[0]))

@@ -1,19 +1,21 @@
-"""The pictures of the steps, by matplotlib: points, meshes, rings, unit circles, links.
+"""What an explanation shows: two prints or point sets, the ring of a pair, steps, their pictures.
 
-P is blue and filled, Q orange and hollow.
+Pictures are by matplotlib; P is blue and filled, Q orange and hollow.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.palette import hexadecimal
-from fpmatch.lab.explain.steps import Step
+from fpmatch.errors import FpmatchError
 from fpmatch.lab.plots.style import figure_bytes, plain_style
-from fpmatch.templates.minutiae import MinutiaKind
+from fpmatch.pointset.delaunay.triangulate import triangulate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -21,15 +23,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from fpmatch.lab.explain.steps import Plane, Ring, Side, Sides
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
+    from fpmatch.prints.reading import GivenPrint
 
     Floats = NDArray[np.float64]
+    Letter = Literal["P", "Q"]
+    Sides = tuple["Side", "Side"]
+    Plane = NDArray[np.complex128]
     Numbers = NDArray[np.integer[Any]]
 
-MARKS: Final = {
-    "P": hexadecimal(palette.PROBE_MARK),
-    "Q": hexadecimal(palette.REFERENCE_MARK),
-}
+EASY_RING: Final = range(5, 8)  # points of a ring that is easy to read
+FRAME_NAME: Final = "frame"  # of a point of a ring that is no minutia
+MARKS: Final = {"P": hexadecimal(palette.PROBE_MARK), "Q": hexadecimal(palette.REFERENCE_MARK)}
 FILLS: Final = {"P": MARKS["P"], "Q": "none"}
 GREY, TEXT = hexadecimal(palette.NEUTRAL_INK), hexadecimal(palette.TEXT)
 KEPT, LEFT = hexadecimal(palette.MATCH), hexadecimal(palette.NO_MATCH)
@@ -38,6 +43,104 @@ _ROOM: Final = 0.4  # of the extent of a ring, around it
 _LARGEST_DOT: Final = 40.0  # diameter, in points, at a weight of 1
 _TICK_PX: Final = 12.0  # of a direction, at 500 dpi
 _MOST_NUMBERED: Final = 100  # pairs
+
+
+class ExplainError(FpmatchError):
+    """Two prints or point sets cannot be explained as asked."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One step: the name of its text and of its picture's file, a picture as SVG, its numbers."""
+
+    name: str
+    picture: bytes | None = None
+    numbers: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One print, or point set, of N points."""
+
+    letter: Letter
+    name: str  # of the file, as titles show it
+    z: Plane  # (N,): x + iy as the matcher takes them
+    index: NDArray[np.intp]  # (N,): places among the minutiae of the template, or rows of the file
+    unit: float = 1.0  # length shown of one of the matcher's units
+    flipped: bool = False  # whether the matcher's y points up, that of the image down
+    print_: GivenPrint | None = None
+
+    @cached_property
+    def mesh(self) -> Triangulation:
+        """Delaunay triangulation of its points."""
+        return triangulate(np.column_stack([self.z.real, self.z.imag]))
+
+    @property
+    def edges(self) -> Plane:
+        """Ends of the edges of the triangulation, shape (E, 2)."""
+        return self.z[self.mesh.edges]
+
+    def shown(self, z: Plane) -> Floats:
+        """Return places (...) of the matcher in pixels of the image or units of the file, (..., 2).
+
+        Those of an image have y pointing down.
+        """
+        z = np.asarray(z) * self.unit
+        return np.stack([z.real, -z.imag if self.flipped else z.imag], axis=-1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ring:
+    """The ring of a pair, d points in each side, and its places on the unit circle."""
+
+    sides: Sides
+    centres: tuple[complex, complex]
+    points: tuple[Plane, Plane]  # (d,) each; a point of P corresponds to that of Q
+    names: tuple[list[str], list[str]]  # places of the points in template or file
+    edges: tuple[Plane, Plane]  # (E, 2) each: ends of the edges of the meshes around
+    angles: tuple[Floats, Floats]  # (d,) each: eq. (3), in radians
+    turn: float  # in radians, by which P's circle is rotated onto Q's
+
+    @property
+    def paired(self) -> NDArray[np.bool_]:
+        """Which points are no frame points."""
+        return np.array([name != FRAME_NAME for name in self.names[0]])
+
+    def numbers(self) -> dict[str, Any]:
+        """Return the ring, angles in degrees: places on the circle, and how far they are apart."""
+        turned = self.angles[0] + self.turn
+        p, q = (np.degrees(of % (2 * np.pi)).tolist() for of in (turned, self.angles[1]))
+        apart = np.degrees(np.angle(np.exp(1j * (self.angles[1] - turned))))
+        keys = "p", "q", "place_p", "place_q", "apart"
+        rows = zip(*self.names, p, q, apart.tolist(), strict=True)
+        return {
+            "turn": float(np.degrees(self.turn)),
+            "points": [dict(zip(keys, row, strict=True)) for row in rows],
+            "frame_points": int((~self.paired).sum()),
+            "spread": float(apart[self.paired].std()) if self.paired.any() else 0.0,
+        }
+
+
+def chosen_pair(
+    asked: int | None, rings: Sequence[Ring | None], agreement: Sequence[float]
+) -> int | None:
+    """Return which pair's ring is shown, from 0, or refuse the one `asked` for, from 1.
+
+    By default it is a ring without frame points, of 5 to 7 points that are far apart on the circle,
+    of a pair that agrees well; None where no pair has a ring.
+    """
+    clarity: dict[int, tuple[bool, bool, float]] = {}
+    for k, ring in enumerate(rings):
+        if ring is not None:
+            gap = min(float(np.diff(a, append=a[0] + 2 * np.pi).min()) for a in ring.angles)
+            easy = len(ring.names[0]) in EASY_RING
+            clarity[k] = bool(ring.paired.all()), easy, gap * agreement[k]
+    if asked is None:
+        return max(clarity, key=lambda k: clarity[k]) if clarity else None
+    if asked - 1 not in clarity:
+        those = ", ".join(str(k + 1) for k in clarity) or "none"
+        raise ExplainError(f"--pair {asked}: pairs with a ring that is closed in both: {those}")
+    return asked - 1
 
 
 def draw(panels: int, draw_on: Callable[..., None], height: float = _HEIGHT) -> bytes:
@@ -95,25 +198,19 @@ def labels(axes: Axes, xy: Floats) -> None:
 
 
 def points_step(sides: Sides) -> Step:
-    """Show the points that the matcher is given; of minutiae also their directions and kinds."""
+    """Show the points that the matcher is given; of minutiae also their directions."""
 
     def both(*axes: Axes) -> None:
         for ax, side in zip(axes, sides, strict=True):
             ground(ax, side, f"{side.letter}: {side.name}")
+            dots(ax, side, side.z)
             if side.print_ is None:
-                dots(ax, side, side.z)
                 continue
-            m, colour = side.print_.template.minutiae, MARKS[side.letter]
+            m = side.print_.template.minutiae
             at, angle = m.xy[side.index], m.angle[side.index]
-            forks = m.kind[side.index] == MinutiaKind.BIFURCATION
-            for marker, which in (("o", ~forks), ("s", forks)):
-                ax.plot(
-                    *at[which].T, marker, color=colour, markerfacecolor=FILLS[side.letter],
-                    linestyle="",
-                )  # fmt: skip
             tick = np.column_stack([np.cos(angle), -np.sin(angle)])
             tips = at + _TICK_PX * side.print_.template.dpi / 500.0 * tick
-            lines(ax, np.stack([at, tips], axis=1), colour, 1.5)
+            lines(ax, np.stack([at, tips], axis=1), MARKS[side.letter], 1.5)
 
     numbers = {
         side.letter.lower(): {
@@ -183,37 +280,48 @@ def ring_on(axes: Axes, ring: Ring, which: int, title: str, weights: Floats | No
     labels(axes, xy)
 
 
-def circle_picture(
-    ring: Ring, images: tuple[complex | None, complex | None] = (None, None)
-) -> bytes:
+def ring_steps(
+    ring: Ring | None,
+    which: int,
+    weights: Floats,
+    circle: dict[str, Any],
+    weighed: dict[str, Any],
+    images: tuple[complex | None, complex | None] = (None, None),
+) -> list[Step]:
+    """Show a ring on the unit circle, and the weights of the centre in one of its sides.
+
+    `circle` and `weighed` are further numbers of the two steps, `images` those of the centres.
+    """
+    if ring is None:
+        return [Step("unit_circle")]
+    letter = ring.sides[which].letter
+    title = f"{letter}: points as large as their weights"
+    picture = draw(1, lambda axes: ring_on(axes, ring, which, title, weights))
+    numbers = {"first": letter, "weights": weights.tolist(), **weighed}
+    return [
+        Step("unit_circle", draw(3, partial(_circle, ring, images)), {**circle, **ring.numbers()}),
+        Step("weights", picture, numbers),
+    ]
+
+
+def _circle(ring: Ring, images: tuple[complex | None, complex | None], *axes: Axes) -> None:
     """Draw a ring in both sides, and its places and the images of its centres on one circle."""
+    from matplotlib.patches import Circle  # noqa: PLC0415
 
-    def three(*axes: Axes) -> None:
-        from matplotlib.patches import Circle  # noqa: PLC0415
-
-        circle = axes[2]
-        circle.set(aspect="equal", xlim=(-1.35, 1.35), ylim=(-1.35, 1.35), xticks=[], yticks=[])
-        circle.set_title(f"Unit circle, P rotated by {np.degrees(ring.turn):.1f}°", loc="left")
-        circle.add_patch(Circle((0, 0), 1.0, fill=False, color=GREY))
-        for k, (side, angles) in enumerate(zip(ring.sides, ring.turned, strict=True)):
-            ring_on(axes[k], ring, k, f"{side.letter}: the ring")
-            colour, fill, size = MARKS[side.letter], FILLS[side.letter], (7.0, 12.0)[k]
-            z = np.exp(1j * np.append(angles, angles[0]))
-            circle.plot(z.real, z.imag, "o-", color=colour, markerfacecolor=fill, markersize=size)
-            if (image := images[k]) is not None:
-                at = image * np.exp(1j * (0.0 if k else ring.turn))
-                circle.plot(
-                    at.real, at.imag, "*", color=colour, markerfacecolor=fill, markersize=size
-                )
-        labels(circle, np.column_stack([np.cos(ring.angles[1]), np.sin(ring.angles[1])]))
-
-    return draw(3, three)
-
-
-def weights_picture(ring: Ring, which: int, weights: Floats) -> bytes:
-    """Draw a ring of one side, its points as large as the weights of the centre."""
-    title = f"{ring.sides[which].letter}: points as large as their weights"
-    return draw(1, lambda axes: ring_on(axes, ring, which, title, weights))
+    circle = axes[2]
+    circle.set(aspect="equal", xlim=(-1.35, 1.35), ylim=(-1.35, 1.35), xticks=[], yticks=[])
+    circle.set_title(f"Unit circle, P rotated by {np.degrees(ring.turn):.1f}°", loc="left")
+    circle.add_patch(Circle((0, 0), 1.0, fill=False, color=GREY))
+    for k, (side, angles) in enumerate(zip(ring.sides, ring.angles, strict=True)):
+        ring_on(axes[k], ring, k, f"{side.letter}: the ring")
+        style: Any = {"color": MARKS[side.letter], "markerfacecolor": FILLS[side.letter]}
+        style["markersize"] = (7.0, 12.0)[k]
+        turn = np.exp(1j * (0.0 if k else ring.turn))
+        z = turn * np.exp(1j * np.append(angles, angles[0]))
+        circle.plot(z.real, z.imag, "o-", **style)
+        if (image := images[k]) is not None:
+            circle.plot((turn * image).real, (turn * image).imag, "*", **style)
+    labels(circle, np.column_stack([np.cos(ring.angles[1]), np.sin(ring.angles[1])]))
 
 
 def superposed(sides: Sides, moved: Plane, pairs: tuple[Numbers, Numbers]) -> bytes:

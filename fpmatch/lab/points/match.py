@@ -25,8 +25,6 @@ from fpmatch.pointset.paper.matcher import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike, NDArray
 
 PointMatcher = Literal["triangles", "paper", "van-wamelen"]
@@ -48,7 +46,6 @@ def match_points(
     rho: float | None = None,
     area_tolerance: float | None = None,
     reflect: bool = False,
-    progress: Callable[[int, int], None] | None = None,
 ) -> PointMatch:
     """Find the transform that maps points of P onto points of Q, if there is one.
 
@@ -71,9 +68,6 @@ def match_points(
     reflect : bool
         Whether to seek mirrored maps too. Both the set and its mirror image are tried, and what
         is less expected by chance is the result (more pairs, for "paper" and "van-wamelen").
-    progress : callable, optional
-        Called by the matcher "triangles" with the number of transforms tried so far, and the limit
-        at which the search ends, while a search goes on. With `reflect` there are two searches.
 
     Returns
     -------
@@ -114,41 +108,34 @@ def match_points(
     check_tolerance(tolerance)
     share = DEFAULT_RHO if rho is None else rho
     check_rho(share)
-    areas = DEFAULT_AREA_TOLERANCE if area_tolerance is None else area_tolerance
-    given = UnitCircleParameters(tolerance=tolerance, area_tolerance=areas)
     chance = MAX_CHANCE / _TRIALS if reflect else MAX_CHANCE
     if matcher != "triangles" and min(len(GivenSet("p", p)), len(GivenSet("q", q))) < 4:
         return PointMatch.none(reason=too_few(MIN_POINTS_TO_MATCH))
 
     def search(of_p: NDArray[np.float64]) -> PointMatch:
         if matcher == "paper":
+            areas = DEFAULT_AREA_TOLERANCE if area_tolerance is None else area_tolerance
+            given = UnitCircleParameters(tolerance=tolerance, area_tolerance=areas)
             return decided(match_by_unit_circle(of_p, q, given), share)
         if matcher == "van-wamelen":
             return match_van_wamelen(
                 of_p, q, rho=share, lambda_=DEFAULT_LAMBDA, tolerance=tolerance
             )
-        return match_by_triangles(
-            of_p, q, tolerance=tolerance, max_chance=chance, progress=progress
-        )
+        return match_by_triangles(of_p, q, tolerance=tolerance, max_chance=chance)
 
     points = as_points(p, "p")
     match = search(points)
     if not reflect:
         return match
     flipped = search(points * _FLIP)
-    if flipped.transform is not None and _rank(flipped) < _rank(match):
-        match = replace(flipped, transform=replace(flipped.transform, mirrored=True))
-    return match if match.chance is None else replace(match, chance=_TRIALS * match.chance)
-
-
-def _rank(match: PointMatch) -> tuple[bool, float, int, float]:
-    """Return what orders matches from the best to none.
-
-    Where chance is not estimated, or below what a float holds, more pairs are better, and then the
-    smaller residual.
-    """
-    chance = 0.0 if match.chance is None else match.chance
-    return match.transform is None, chance, -len(match.pairs), match.rms
+    if flipped.transform is not None:
+        flipped = replace(flipped, transform=replace(flipped.transform, mirrored=True))
+    # where chance is not estimated, or below what a float holds, more pairs are better
+    best = min(
+        (match, flipped),
+        key=lambda one: (one.transform is None, one.chance or 0.0, -len(one.pairs), one.rms),
+    )
+    return best if best.chance is None else replace(best, chance=_TRIALS * best.chance)
 
 
 def decided(match: PointMatch, rho: float) -> PointMatch:

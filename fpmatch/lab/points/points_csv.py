@@ -46,20 +46,16 @@ def load_points(path: str | os.PathLike[str], columns: tuple[str, str] = XY) -> 
 def load_table(path: str | os.PathLike[str], columns: tuple[str, str] = XY) -> PointTable:
     """Load points and their names, of a table or `.npy` file; raises PointSetError."""
     try:
-        if Path(path).is_dir():
-            raise PointSetError("is a folder, not a file of points", path=path)
         with Path(path).open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        missing = isinstance(error, FileNotFoundError)
-        why = (getattr(error, "strerror", None) or str(error)).lower()
-        reason = "no such file" if missing else f"cannot be read: {why}"
-        raise PointSetError(reason, path=path) from error
-    try:
+        if len(data) > MAX_BYTES:
+            raise PointSetError(f"more than {MAX_BYTES // 2**20} MiB")
         return decode_table(data, columns)
-    except PointSetError as error:
-        line = error.detail.startswith("line ")
-        raise PointSetError(f"{path}{', ' if line else ': '}{error.detail}") from error
+    except FpmatchError as error:
+        raise PointSetError(str(error), path=path) from error
+    except (OSError, ValueError) as error:
+        why = (getattr(error, "strerror", None) or str(error)).lower()
+        raise PointSetError(f"cannot be read: {why}", path=path) from error
 
 
 def decode_table(data: bytes, columns: tuple[str, str] = XY) -> PointTable:
@@ -67,10 +63,11 @@ def decode_table(data: bytes, columns: tuple[str, str] = XY) -> PointTable:
 
     A table with a header has `columns` of these names, in any case.
     """
-    if len(data) > MAX_BYTES:
-        raise PointSetError(f"more than {MAX_BYTES // 2**20} MiB")
     if is_npy(data):
-        return PointTable(_decode_array(data), [])
+        points = decode_npy(data)
+        if points.shape[1] != 2 or not np.isfinite(points).all():
+            raise PointSetError("expected an array of 2 columns of finite numbers, x and y")
+        return PointTable(points, [])
     try:
         lines = data.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
@@ -84,7 +81,7 @@ def decode_table(data: bytes, columns: tuple[str, str] = XY) -> PointTable:
     if header.count(x) == header.count(y) == 1:
         places = header.index(x), header.index(y)
         rows = rows[1:]
-    elif columns == XY and len(first) == 2 and all(map(_is_number, first)):
+    elif columns == XY and len(first) == 2 and all(math.isfinite(_number(cell)) for cell in first):
         places = 0, 1
     else:
         form = f"a header with columns {x} and {y}{' or two numbers' * (columns == XY)}"
@@ -95,13 +92,9 @@ def decode_table(data: bytes, columns: tuple[str, str] = XY) -> PointTable:
         cells = _cells(number, line)
         if len(cells) != len(first):
             raise PointSetError(f"line {number}: expected {len(first)} values, found {len(cells)}")
-        for axis, place in enumerate(places):
-            if not _is_number(cells[place]):
-                name = columns[axis]
-                raise PointSetError(
-                    f"line {number}: expected a finite number for {name}, not {cells[place]!r:.40}"
-                )
-            points[row, axis] = float(cells[place])
+        points[row] = [_number(cells[place]) for place in places]
+        if not np.isfinite(points[row]).all():
+            raise PointSetError(f"line {number}: expected finite numbers for {x} and {y}")
         if other is not None:
             names.append(cells[other])
     return PointTable(points, names)
@@ -117,22 +110,9 @@ def _cells(number: int, line: str) -> list[str]:
         raise PointSetError(f"line {number}: malformed row ({error})") from error
 
 
-def _is_number(text: str) -> bool:
-    """Return whether a text is a finite number; Python alone takes 1_000 for one."""
+def _number(text: str) -> float:
+    """Return a number, NaN for other texts; Python alone takes 1_000 for one."""
     try:
-        return "_" not in text and math.isfinite(float(text))
+        return math.nan if "_" in text else float(text)
     except ValueError:
-        return False
-
-
-def _decode_array(data: bytes) -> NDArray[np.float64]:
-    """Return the points of a `.npy` file."""
-    try:
-        points = decode_npy(data)
-    except FpmatchError as error:
-        raise PointSetError(str(error)) from error
-    if points.shape[1] != 2:
-        raise PointSetError(f"expected an array of 2 columns, x and y, found {points.shape[1]}")
-    if not np.isfinite(points).all():
-        raise PointSetError("expected finite numbers")
-    return points
+        return math.nan

@@ -16,7 +16,7 @@ from fpmatch.lab.synthesis.skin import draw_lines
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.lab.synthesis.classes import Range
+    from fpmatch.lab.synthesis.orientation import Range
 
     Field = NDArray[np.float32]  # a value a pixel
 

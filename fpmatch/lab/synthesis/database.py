@@ -9,42 +9,103 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch._version import __version__
 from fpmatch.base.folders import remove_unfinished
 from fpmatch.base.output import atomic_write_bytes, reason
+from fpmatch.base.parsing import ParseError, parse_toml
 from fpmatch.errors import DatasetError, OutputError
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress
-from fpmatch.lab.synthesis.plan import (
-    DEFAULT_SENSOR,
-    DESCRIPTION_FILE,
-    Plan,
-    check_same_plan,
-    sensors_named,
-)
+from fpmatch.lab.synthesis.impression import TRUTH_FOLDER, finger_truth, impression_truth
+from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.presets import preset_named
-from fpmatch.lab.synthesis.truth_file import TRUTH_FOLDER, finger_truth, impression_truth
+from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, Sensor, sensors_named
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Sequence
 
     from fpmatch.gallery.engine.workers import Progress
-    from fpmatch.lab.synthesis.master import MasterParameters
     from fpmatch.lab.synthesis.presets import Preset
-    from fpmatch.lab.synthesis.sensor import Sensor
-
 
 FIRST_FINGER: Final = 101
 COMPRESSION: Final = "tiff_lzw"  # libtiff's own, so its bytes do not vary with a zlib
 STAGE: Final = "synth"
+DESCRIPTION_FILE: Final = "dataset.toml"
+LARGEST_SEED: Final = 2**63 - 1  # what TOML can hold
+MOST_IMPRESSIONS: Final = 1000
+_DIGITS_OF_PARAMETERS: Final = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Fix all parameters of the prints of a database.
+
+    A DatasetError is raised for a number out of its range or no sensor, an ImageError for an
+    unknown preset.
+    """
+
+    seed: int  # family of fingers, 0 to 2**63 - 1
+    preset: str | Preset  # of the impressions, or its name
+    sensors: tuple[Sensor, ...]  # impression m is taken by number (m - 1) % len(sensors)
+    impressions: int  # of each finger, 1 to 1000
+    master: MasterParameters = field(default_factory=MasterParameters)
+
+    def __post_init__(self) -> None:
+        preset_named(self.preset)
+        if not 0 <= self.seed <= LARGEST_SEED:
+            raise DatasetError(f"seed {self.seed}: must lie between 0 and {LARGEST_SEED}")
+        if not 1 <= self.impressions <= MOST_IMPRESSIONS:
+            raise DatasetError(
+                f"{self.impressions} impressions of a finger: there may be 1 to {MOST_IMPRESSIONS}"
+            )
+        if not self.sensors:
+            raise DatasetError("no sensor: at least one must take the impressions")
+
+    @property
+    def ranges(self) -> Preset:
+        """The preset of the impressions."""
+        return preset_named(self.preset)
+
+    def sensor_of(self, number: int) -> Sensor:
+        """Return the sensor that takes impression `number`, from 1."""
+        return self.sensors[(number - 1) % len(self.sensors)]
+
+    def table(self) -> dict[str, Any]:
+        """Return the table ``[synthesis]`` of the description, equal for equal databases."""
+        ranges = repr((self.ranges, self.sensors, self.master)).encode()
+        return {
+            "seed": self.seed,
+            "preset": self.ranges.name,
+            "sensors": [sensor.name for sensor in self.sensors],
+            "impressions": self.impressions,
+            "fpmatch": __version__,
+            "parameters": hashlib.sha256(ranges).hexdigest()[:_DIGITS_OF_PARAMETERS],
+        }
+
+    def description(self) -> str:
+        """Return the text of ``dataset.toml``, which does not depend on the number of fingers."""
+        resolutions = {sensor.dpi for sensor in self.sensors}
+        top: dict[str, Any] = {"name": f"synthetic, {self.ranges.name}, seed {self.seed}"}
+        if len(resolutions) == 1:
+            dpi = resolutions.pop()
+            top["dpi"] = int(dpi) if dpi.is_integer() else dpi
+        top["sensor"] = ", ".join(f"synthetic {sensor.name}" for sensor in self.sensors)
+        # TOML writes text, numbers and lists of them as JSON does
+        parts = [
+            "".join(f"{key} = {json.dumps(value)}\n" for key, value in table.items())
+            for table in (top, self.table())
+        ]
+        return "\n[synthesis]\n".join(parts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +163,18 @@ def make_database(
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with folder_lock(folder, wait=False):
-            _claim(folder, plan)
+            description, truths = folder / DESCRIPTION_FILE, folder / TRUTH_FOLDER
+            remove_unfinished(folder)
+            if description.exists():
+                check_same_plan(description, plan)
+            elif any(folder.iterdir()):
+                raise DatasetError(
+                    f"{folder}: holds files but no {DESCRIPTION_FILE}: not made by fpmatch synth"
+                )
+            else:
+                atomic_write_bytes(description, plan.description().encode("ascii"), public=True)
+            truths.mkdir(exist_ok=True)
+            remove_unfinished(truths)
             files = {n: _files(folder, n, plan) for n in numbers}
             missing = [n for n in numbers if not all(path.is_file() for path in files[n])]
             progress(STAGE, fingers - len(missing), fingers)
@@ -114,26 +186,23 @@ def make_database(
         raise DatasetError(f"{folder}: another process is making it") from error
     except OSError as error:
         raise OutputError(f"{folder}: cannot be used: {reason(error)}") from error
-    written = folder / DESCRIPTION_FILE, *chain.from_iterable(files.values())
+    written = description, *chain.from_iterable(files.values())
     size = sum(path.stat().st_size for path in written)
     return DatabaseMade(folder, fingers, impressions, len(missing), size)
 
 
-def _claim(folder: Path, plan: Plan) -> None:
-    """Check that a folder is empty or the database of `plan`; write its description."""
-    description, truths = folder / DESCRIPTION_FILE, folder / TRUTH_FOLDER
-    remove_unfinished(folder)
-    if description.exists():
-        check_same_plan(description, plan)
-    elif any(folder.iterdir()):
-        raise DatasetError(
-            f"{folder}: holds files but no {DESCRIPTION_FILE}: not made by fpmatch synth, "
-            "and left as it is"
-        )
-    else:
-        atomic_write_bytes(description, plan.description().encode("ascii"), public=True)
-    truths.mkdir(exist_ok=True)
-    remove_unfinished(truths)
+def check_same_plan(path: Path, plan: Plan) -> None:
+    """Raise DatasetError if the ``dataset.toml`` at `path` describes another plan."""
+    try:
+        stated = parse_toml(path.read_bytes()).get("synthesis")
+    except (OSError, ParseError) as error:
+        raise DatasetError(f"{path}: not a readable TOML file: {error}") from error
+    for key, value in plan.table().items():
+        if not isinstance(stated, dict) or stated.get(key) != value:
+            there = stated.get(key) if isinstance(stated, dict) else None
+            raise DatasetError(
+                f"{path}: the prints there were made with {key} {there!r}, not {value!r}"
+            )
 
 
 def _files(folder: Path, number: int, plan: Plan) -> list[Path]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.lab.synthesis.classes import Range
+    from fpmatch.lab.synthesis.orientation import Range
 
     Points = NDArray[np.float64]  # shape (N, 2), x and y
     Pair = tuple[float, float]

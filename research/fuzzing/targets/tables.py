@@ -14,7 +14,8 @@ from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
 from fpmatch.lab.evaluation.run import evaluate_scores
 from fpmatch.lab.points.points_csv import load_points
-from fpmatch.lab.synthesis.plan import Plan, sensors_named
+from fpmatch.lab.synthesis.database import Plan
+from fpmatch.lab.synthesis.sensor import sensors_named
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
 from fpmatch.server.settings import load_settings
 from research.fuzzing.target import SAMPLES, Reader, Target, scratch, written

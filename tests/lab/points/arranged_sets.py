@@ -40,12 +40,6 @@ def _one_cluster(rng: np.random.Generator, n: int) -> Floats:
     return points
 
 
-def _clusters_and_noise(rng: np.random.Generator, n: int) -> Floats:
-    points = _ten_clusters(rng, n)
-    points[: n // 3] = _uniform(rng, n // 3)
-    return points
-
-
 def _two_far_clusters(rng: np.random.Generator, n: int) -> Floats:
     points = rng.uniform(0, 1, (n, 2))
     points[n // 2 :] += 1e6
@@ -61,19 +55,9 @@ def _lattice(_: np.random.Generator, n: int) -> Floats:
     return np.column_stack([column, row]).astype(np.float64)
 
 
-def _every_point_twice(rng: np.random.Generator, n: int) -> Floats:
-    points = _uniform(rng, -(-n // 2))
-    return np.vstack([points, points])[:n]
-
-
 def _many_equal(rng: np.random.Generator, n: int) -> Floats:
     points = _uniform(rng, max(8, n // 10))
     return np.vstack([points, np.repeat(points[:1], n - len(points), axis=0)])
-
-
-def _spiral(rng: np.random.Generator, n: int) -> Floats:
-    radius = np.sort(rng.random(n))
-    return _polar(SIDE * radius, 12 * math.pi * radius)
 
 
 def _power_law(rng: np.random.Generator, n: int) -> Floats:
@@ -92,13 +76,10 @@ ARRANGEMENTS: Final[Mapping[str, Callable[[np.random.Generator, int], Floats]]] 
     UNIFORM: _uniform,
     "ten clusters": _ten_clusters,
     "one cluster": _one_cluster,
-    "clusters and noise": _clusters_and_noise,
     "two far clusters": _two_far_clusters,
     "nearly on a line": _nearly_on_a_line,
     "lattice": _lattice,
-    "every point twice": _every_point_twice,
     "many equal": _many_equal,
-    "spiral": _spiral,
     "power law": _power_law,
     "circle": _circle,
 }
@@ -134,16 +115,6 @@ def _ruler(few: int) -> Callable[[np.random.Generator], Floats]:
 
 def _two_rows(rng: np.random.Generator) -> Floats:
     return np.vstack([_row(12), _row(12, y=60), rng.uniform(5, 55, (2, 2)) * [3, 1]])
-
-
-def _uneven_rows(rng: np.random.Generator) -> Floats:
-    rows = np.vstack([_row(15), _row(15, y=60)])
-    rows[:, 0] += rng.normal(0, 2, 30)
-    return rows
-
-
-def _profile(rng: np.random.Generator) -> Floats:
-    return np.column_stack([10.0 * np.arange(40), np.cumsum(rng.normal(0, 5, 40))])
 
 
 def _track(rng: np.random.Generator) -> Floats:
@@ -190,20 +161,6 @@ def _dense_core(rng: np.random.Generator) -> Floats:
     return np.vstack([rng.normal(0, 5, (300, 2)), rng.uniform(-SIDE, SIDE, (60, 2))])
 
 
-def _rows(rng: np.random.Generator) -> Floats:
-    rows = [_row(20, rng.uniform(0, 15), 20.0 * k) for k in range(4)]
-    return np.vstack(rows) + rng.normal(0, 0.01, (80, 2))
-
-
-def _clusters(rng: np.random.Generator) -> Floats:
-    return np.vstack([rng.normal(0, 2, (15, 2)) + rng.uniform(0, 200, 2) for _ in range(8)])
-
-
-def _lines(rng: np.random.Generator) -> Floats:
-    ends = rng.uniform(0, 200, (5, 2, 2))
-    return np.vstack([a + (b - a) * rng.uniform(0, 1, (25, 1)) for a, b in ends])
-
-
 def _one_course(rng: np.random.Generator) -> Floats:
     x = rng.uniform(0, 400, 60)
     return np.column_stack([x, 60 * np.sin(x / 40) + 20 * np.sin(x / 13)])
@@ -212,10 +169,7 @@ def _one_course(rng: np.random.Generator) -> Floats:
 COPIED: Final[Mapping[str, Callable[[np.random.Generator], Floats]]] = {
     "uniform": lambda rng: _uniform(rng, 40),
     "row and 3 points": _ruler(3),
-    "row and 10 points": _ruler(10),
     "two rows and 2 points": _two_rows,
-    "two uneven rows": _uneven_rows,
-    "profile": _profile,
     "track": _track,
     "grid with holes": _grid_with_holes,
     "cross": _cross,
@@ -230,15 +184,10 @@ COPIED: Final[Mapping[str, Callable[[np.random.Generator], Floats]]] = {
 INDEPENDENT: Final[Mapping[str, Callable[[np.random.Generator], Floats]]] = {
     "uniform": lambda rng: _uniform(rng, 60),
     "Gaussian": _gauss,
-    "rows": _rows,
     "grid with holes": _grid_with_holes,
     "track": _track,
     "dense core": _dense_core,
-    "ring": lambda rng: _circle(rng, 60),
-    "clusters": _clusters,
-    "lines": _lines,
     "common row and 10 points": _ruler(10),
-    "common row and 30 points": _ruler(30),
     "points of one course": _one_course,
     "common clock": _clock,
     "common cross": _cross,

@@ -1,8 +1,18 @@
 """Arrangements of points: the work of a match is bounded, and what can be found is found."""
 
+import math
+
 import numpy as np
 import pytest
-from arranged_sets import ARRANGEMENTS, UNIFORM, arranged_pair
+from arranged_sets import (
+    ARRANGEMENTS,
+    COPIED,
+    INDEPENDENT,
+    UNIFORM,
+    arranged_pair,
+    copied_pair,
+    independent_sets,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import grid_of, seeds, squared_distances
@@ -10,9 +20,10 @@ from pointset_strategies import grid_of, seeds, squared_distances
 from fpmatch.lab.points.match import match_points
 from fpmatch.lab.points.triangles import matcher as triangles
 from fpmatch.pointset.geometry import _grid_kernel as grid_kernel
+from fpmatch.pointset.geometry.similarity import Similarity
 
 POINTS = 150
-AMBIGUOUS = {"lattice", "spiral", "circle"}  # many transforms map them onto themselves
+AMBIGUOUS = {"lattice", "circle"}  # many transforms map them onto themselves
 
 needs_compiled_kernels = pytest.mark.skipif(
     not grid_kernel.COMPILED, reason="interpreted, a search of millions of steps takes minutes"
@@ -67,38 +78,12 @@ def test_a_long_search_does_not_map_a_crowd_onto_a_crowd():
     assert "ended at its limit" in match.reason
 
 
-class CountedReads:
-    """An array that counts how often its elements are read."""
-
-    def __init__(self, values):
-        self.values, self.reads = values, 0
-
-    def __getitem__(self, index):
-        self.reads += 1
-        return self.values[index]
-
-
 def crowd(seed, count, outliers=2):
     """Return points (2, N): most in a small cluster, repeated ones among them."""
     rng = np.random.default_rng(seed)
     points = rng.normal(0, 1e-3, (2, count)).round(rng.choice([3, 4, 9]))
     points[:, :outliers] = rng.uniform(-100, 100, (2, outliers))
     return points
-
-
-def test_a_search_in_a_crowded_cell_reads_few_of_its_points(plain):
-    points = np.random.default_rng(1).normal(0, 1e-3, (2, 3000))
-    kernel = plain("pointset.geometry._grid_kernel")
-    grid = kernel.CellGrid(points, 3000, -105.0, -105.0, 10.0, 22, 22)
-    assert np.diff(grid.start).max() > 2900
-    grid.split_crowds()
-    grid.x = CountedReads(grid.x)
-    near, distance2 = np.empty(12, np.int32), np.empty(12)
-    for k in range(20):
-        x, y = points[:, -1 - k]
-        assert grid.order[grid.nearest(x, y, 1.0)] == 2999 - k
-        assert grid.within(x, y, 1.0, 12, near, distance2, 0) == 12
-    assert grid.x.reads < 20 * 500
 
 
 @given(seeds, st.integers(17, 300), st.sampled_from([0.0, 1e-4, 1e-3, 0.5, 1e100]))
@@ -120,3 +105,65 @@ def test_split_crowds_are_searched_as_if_they_were_not_split(seed, count, reach)
             expected = np.sort(squared[squared <= reach**2])[:5]
             assert distance2[:number].tolist() == expected.tolist()
             assert squared[near[:number]].tolist() == expected.tolist()
+
+
+COPIES, PAIRS = 4, 2
+
+
+@needs_compiled_kernels
+@pytest.mark.parametrize("kind", COPIED)
+def test_a_copy_gets_the_true_map_and_all_pairs(kind):
+    for seed in range(COPIES):
+        p, q, truth = copied_pair(kind, seed)
+        match = match_points(p, q)
+        assert len(match.pairs) == len(np.unique(p, axis=0))
+        assert match.transform.apply(p) == pytest.approx(truth.apply(p), abs=1e-6)
+        assert match.chance < 1e-3
+        assert match.equal_maps == 1
+
+
+@needs_compiled_kernels
+@pytest.mark.parametrize("kind", COPIED)
+def test_a_jittered_copy_gets_the_true_map_or_none(kind):
+    for seed in range(COPIES):
+        p, q, truth = copied_pair(kind, seed, jitter=0.1)
+        match = match_points(p, q)
+        if match.transform is not None:
+            assert np.hypot(*(match.transform.apply(p) - truth.apply(p)).T).max() < 3
+
+
+@needs_compiled_kernels
+@pytest.mark.parametrize("kind", INDEPENDENT)
+def test_sets_that_share_a_structure_alone_do_not_match(kind):
+    for seed in range(PAIRS):
+        p, q = independent_sets(kind, seed)
+        match = match_points(p, q)
+        assert match.transform is None
+        assert match.reason
+
+
+@needs_compiled_kernels
+@pytest.mark.slow
+def test_large_sets_of_uneven_density_do_not_match():
+    rng = np.random.default_rng(0)
+    p, q = rng.normal(0, 5, (2, 5_000, 2))
+    assert match_points(p, q).transform is None
+
+
+@needs_compiled_kernels
+@pytest.mark.parametrize(("side", "maps"), [(5, 4), (8, 4)])
+def test_a_grid_is_said_to_fit_in_four_ways(side, maps):
+    p = np.argwhere(np.ones((side, side))) * 15.0
+    match = match_points(p, Similarity(1.5, 0.4, 3.0, 4.0).apply(p))
+    assert match.equal_maps == maps
+    assert f"{maps} maps fit equally well" in match.reason
+
+
+@needs_compiled_kernels
+@pytest.mark.parametrize("number", [7, 12, 24])
+def test_a_circle_is_said_to_fit_in_as_many_ways_as_it_has_points(number):
+    angle = 2 * math.pi * np.arange(number) / number
+    p = 100 * np.column_stack([np.cos(angle), np.sin(angle)])
+    match = match_points(p, Similarity(1.5, 0.4, 3.0, 4.0).apply(p))
+    assert match.equal_maps == number
+    assert f"{number} maps fit equally well" in match.reason

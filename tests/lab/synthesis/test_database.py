@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tomllib
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -13,11 +14,11 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from fpmatch.errors import DatasetError, ImageError, OutputError
+from fpmatch.errors import DatasetError, ImageError, OutputError, ResolutionError
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.synthesis.database import DatabaseMade, make_database
+from fpmatch.lab.synthesis.database import DatabaseMade, Plan, check_same_plan, make_database
 from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.plan import plain_sensor
+from fpmatch.lab.synthesis.sensor import Sensor, plain_sensor, sensors_named
 
 SMALL = MasterParameters(shape=(96, 96))
 TINY = plain_sensor(64, 72)
@@ -79,16 +80,6 @@ def test_any_number_of_workers_makes_the_same_dataset(tmp_path, undisturbed):
     assert contents(tmp_path) == undisturbed
 
 
-def test_a_finished_database_is_left_as_it_is(tmp_path):
-    make(tmp_path, fingers=1)
-    before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
-    said = []
-    made = make(tmp_path, fingers=1, progress=lambda *words: said.append(words))
-    assert made.made == 0
-    assert said == [("synth", 1, 1)]
-    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
-
-
 def test_fingers_and_impressions_do_not_depend_on_how_many_there_are(tmp_path, undisturbed):
     make(tmp_path / "fewer", fingers=1, impressions=1)
     assert (tmp_path / "fewer" / "101_1.tif").read_bytes() == undisturbed["101_1.tif"]
@@ -99,6 +90,9 @@ def test_fingers_and_impressions_do_not_depend_on_how_many_there_are(tmp_path, u
     assert made.made == 1
     assert said == [("synth", 1, 2), ("synth", 2, 2)]
     assert contents(tmp_path) == undisturbed
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+    assert make(tmp_path).made == 0
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
 
 
 KILLED = """
@@ -106,7 +100,7 @@ import signal
 import sys
 from fpmatch.lab.synthesis import database
 from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.plan import plain_sensor
+from fpmatch.lab.synthesis.sensor import plain_sensor
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a background job
     write, left = database._write, [int(sys.argv[2])]
@@ -141,7 +135,7 @@ def half_way(out, files):
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
-@pytest.mark.parametrize(("sent", "files"), [("SIGKILL", 1), ("SIGKILL", 5), ("SIGINT", 2)])
+@pytest.mark.parametrize(("sent", "files"), [("SIGKILL", 5), ("SIGINT", 1)])
 def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path, undisturbed, sent, files):
     with half_way(tmp_path, files) as process:
         process.send_signal(getattr(signal, sent))
@@ -172,29 +166,66 @@ def assert_refused(folder, reason, error, **changes):
     assert (contents(folder) if folder.is_dir() else {}) == before
 
 
+PLAN = Plan(7, "normal", sensors_named(["optical-388x374", "optical-296x560"]), 4)
+
+
 def test_folders_of_others_and_other_databases_are_left_alone(tmp_path):
     make(tmp_path, fingers=1)
     assert_refused(tmp_path, "seed 7, not 8", DatasetError, seed=8)
-    assert_refused(tmp_path, "parameters '", DatasetError, sensors=[replace(TINY, noise=3.0)])
+    (tmp_path / "102_1.tif").write_bytes(b"mine")
+    assert_refused(tmp_path, "is in the way", DatasetError)
     (tmp_path / "dataset.toml").unlink()
     assert_refused(tmp_path, "holds files but no dataset.toml", DatasetError)
+    assert_refused(tmp_path / "102_1.tif", "102_1.tif: cannot be used: ", OutputError)
 
 
-@pytest.mark.parametrize("name", ["102_1.tif", "102_2.tif", "truth/102.json"])
-def test_what_is_in_the_way_is_not_overwritten(tmp_path, name):
-    make(tmp_path, fingers=1)
-    (tmp_path / name).write_bytes(b"mine")
-    (tmp_path / "102_2.tif").touch()
-    with pytest.raises(DatasetError, match="is in the way"):
-        make(tmp_path)
-    assert (tmp_path / name).read_bytes() in (b"mine", b"")
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"preset": "easy"}, "preset 'normal', not 'easy'"),
+        ({"impressions": 5}, "impressions 4, not 5"),
+        ({"sensors": PLAN.sensors[:1]}, r"'optical-296x560'\], not \['optical-3"),
+        ({"master": SMALL}, "parameters '[0-9a-f]{16}', not "),
+        ({"sensors": (replace(PLAN.sensors[0], ink=1.0), PLAN.sensors[1])}, "parameters '"),
+    ],
+)
+def test_another_plan_is_told_apart(tmp_path, changes, said):
+    path = tmp_path / "dataset.toml"
+    path.write_text(PLAN.description())
+    check_same_plan(path, PLAN)
+    with pytest.raises(DatasetError, match=rf"^.*dataset\.toml: .*{said}.*$"):
+        check_same_plan(path, replace(PLAN, **changes))
+    for content, why in (
+        (b"synthesis = 3\n", "seed None, not 7"),
+        (b"\xff", "not a readable TOML"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(DatasetError, match=why):
+            check_same_plan(path, PLAN)
+
+
+def test_the_description_is_toml_and_states_the_resolution_where_sensors_agree():
+    said = tomllib.loads(PLAN.description())
+    assert said["name"] == "synthetic, normal, seed 7"
+    assert said["sensor"] == "synthetic optical-388x374, synthetic optical-296x560"
+    assert said["synthesis"] == PLAN.table()
+    assert "dpi" not in said
+    for dpi, text in ((500.0, "dpi = 500\n"), (508.5, "dpi = 508.5\n")):
+        sensors = (plain_sensor(90, 90, dpi), plain_sensor(80, 90, dpi))
+        assert text in replace(PLAN, sensors=sensors).description()
 
 
 @pytest.mark.parametrize(
     ("changes", "reason", "error"),
     [
         ({"fingers": 0}, "0 fingers: there must be", DatasetError),
-        ({"preset": "x"}, "unknown preset 'x'", ImageError),
+        ({"preset": "x"}, r"^unknown preset 'x'; known: clean, easy, [^\n]*$", ImageError),
+        ({"sensors": ["x"]}, "'x': .*optical-388x374, ", DatasetError),
+        ({"sensors": []}, "no sensor", DatasetError),
+        ({"seed": -1}, "seed", DatasetError),
+        ({"seed": 2**63}, "seed", DatasetError),
+        ({"impressions": 0}, "0 impressions", DatasetError),
+        ({"impressions": 1001}, "1001 impressions", DatasetError),
     ],
 )
 def test_impossible_arguments_are_refused_before_a_folder_is_made(tmp_path, changes, reason, error):
@@ -202,11 +233,10 @@ def test_impossible_arguments_are_refused_before_a_folder_is_made(tmp_path, chan
     assert not (tmp_path / "new").exists()
 
 
-def test_folders_that_cannot_be_written_are_refused(tmp_path):
-    (tmp_path / "file").touch()
-    assert_refused(tmp_path / "file", "file: cannot be used: ", OutputError)
-    assert_refused(tmp_path / "file" / "new", "new: cannot be used: ", OutputError)
-    (tmp_path / "new").mkdir()
-    make(tmp_path / "new", fingers=1)
-    (tmp_path / "new" / "102_1.tif").mkdir()
-    assert_refused(tmp_path / "new", "new: cannot be used: ", OutputError)
+def test_impossible_sensors_are_refused():
+    for width, height in ((0, 100), (100, -5), (31, 100), (100, 5000)):
+        with pytest.raises(ImageError, match=rf"^sensor bad: {width} x {height} [^\n]*$"):
+            Sensor("bad", width, height)
+    for dpi in (0, 99, 4001, float("nan")):
+        with pytest.raises(ResolutionError):
+            Sensor("bad", 100, 100, dpi)

@@ -4,8 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fpmatch.lab.synthesis.growth import GrowthParameters, grow_ridges, without_dots_and_holes
-from fpmatch.lab.synthesis.master_minutiae import MinutiaeParameters, list_minutiae
+from fpmatch.lab.synthesis.master import grow_ridges, list_minutiae, without_dots_and_holes
 from fpmatch.templates.minutiae import MinutiaKind
 
 SHAPE = (120, 128)
@@ -16,9 +15,9 @@ def even_field(angle_deg, period_px):
     return orientation, np.full(SHAPE, period_px, np.float32)
 
 
-def grown(angle, period, seed, **changes):
+def grown(angle, period, seed):
     rng = np.random.default_rng(seed)
-    return grow_ridges(*even_field(angle, period), rng, GrowthParameters(**changes))
+    return grow_ridges(*even_field(angle, period), rng)
 
 
 def mean_wave(relief):
@@ -82,7 +81,7 @@ def minutiae_of(lines, angle_deg=0.0, silhouette=None):
     orientation = np.full(relief.shape, np.radians(angle_deg) % np.pi, np.float32)
     inside = np.ones(relief.shape, bool) if silhouette is None else silhouette
     period = np.full_like(relief, PERIOD)
-    return list_minutiae(relief, orientation, period, inside, MinutiaeParameters())
+    return list_minutiae(relief, orientation, period, inside)
 
 
 def the_one(found, kind, angle_deg, within_px=3):

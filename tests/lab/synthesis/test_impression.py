@@ -1,10 +1,11 @@
+import json
 from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 
-from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.impression import finger_truth, impression_truth, make_impression
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import Sensor
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -44,24 +45,6 @@ def test_the_picture_shows_the_masters_ridges_where_the_warp_puts_them(master):
         assert np.corrcoef(shifted[inside], made.image[inside])[0, 1] > likeness + 0.02
 
 
-def test_the_best_similarity_is_as_near_as_its_residual_says(normal):
-    for made in normal:
-        assert 0 < made.residual_rms_px < 5
-        points = made.warp.to_master(np.array(made.warp.centre)[None] + [[0, 0], [40, 0], [0, 40]])
-        off = made.transform.apply(points) - made.warp.from_master(points)
-        assert np.hypot(*off.T).max() < 5 * made.residual_rms_px
-
-
-def test_resolution_scales_the_picture(master):
-    fine = make_impression(master, 1, PRESETS["clean"], Sensor("fine", 440, 480, 1000.0))
-    coarse = make_impression(master, 1, PRESETS["clean"], SENSOR)
-    assert fine.dpi == 1000
-    assert fine.warp.placement.scale == pytest.approx(2 * coarse.warp.placement.scale)
-    shrunk = cv2.resize(fine.image, SENSOR.shape[::-1], interpolation=cv2.INTER_AREA)
-    middle = (slice(60, 180), slice(60, 160))
-    assert np.corrcoef(shrunk[middle].ravel(), coarse.image[middle].ravel())[0, 1] > 0.7
-
-
 def test_a_sensor_smaller_than_the_finger_and_one_larger_both_work(master):
     for width, height in ((32, 40), (600, 500)):
         made = make_impression(master, 1, PRESETS["hard"], Sensor("odd", width, height))
@@ -86,3 +69,49 @@ def test_nothing_is_seen_under_the_frame(master):
     assert under.any()
     assert not made.visible[under].any()
     assert made.visible.any()
+
+
+FINE = Sensor("small", 150, 170, 600.0)
+
+
+@pytest.fixture(scope="module")
+def impression(master):
+    return make_impression(master, 1, PRESETS["hard"], FINE)
+
+
+@pytest.fixture(scope="module")
+def truth(master, impression):
+    said = {"101_1": impression_truth(impression, FINE, "abc")}
+    return json.loads(finger_truth(master, said))
+
+
+def test_the_finger_is_told_whole(master, truth):
+    assert (truth["finger"], truth["seed"], truth["pattern"]) == (1, 3, master.pattern)
+    assert truth["master_size"] == [240, 288]
+    columns = truth["minutiae"]
+    assert columns["kind"] == master.minutiae.kind.tolist()
+    np.testing.assert_allclose(columns["x"], master.minutiae.x, atol=0.01)
+    np.testing.assert_allclose(columns["y"], master.minutiae.y, atol=0.01)
+    np.testing.assert_allclose(np.radians(columns["angle_deg"]), master.minutiae.angle, atol=1e-3)
+    for key, points in (("cores", master.cores), ("deltas", master.deltas)):
+        np.testing.assert_allclose(np.reshape(truth[key], (-1, 2)), points, atol=0.01)
+
+
+def test_the_impression_is_told_whole(impression, truth):
+    said = truth["impressions"]["101_1"]
+    assert (said["preset"], said["sensor"], said["dpi"]) == ("hard", "small", 600)
+    assert (said["size"], said["sha256"]) == ([150, 170], "abc")
+    assert said["residual_rms_px"] == pytest.approx(impression.residual_rms_px, abs=1e-3)
+    columns = said["minutiae"]
+    np.testing.assert_allclose(columns["x"], impression.minutiae.x, atol=0.01)
+    assert columns["master"] == impression.master.tolist()
+    assert columns["visible"] == impression.visible.tolist()
+    degrees = Similarity(rotation=said["transform"]["rotation"]).rotation_deg
+    assert said["transform"]["rotation_deg"] == pytest.approx(degrees, abs=1e-4)
+
+
+def test_no_angle_is_a_whole_turn_and_no_zero_is_negative(master):
+    content = finger_truth(master, {})
+    assert b"-0.0," not in content
+    assert all(0 <= angle < 360 for angle in json.loads(content)["minutiae"]["angle_deg"])
+    assert content.endswith(b"\n")

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from fpmatch.lab.synthesis.classes import PatternClass
 from fpmatch.lab.synthesis.master import (
     PERIOD_LEVELS,
     MasterParameters,
@@ -18,6 +17,15 @@ from fpmatch.lab.synthesis.master import (
     fingertip_silhouette,
     make_master,
     ridge_period,
+)
+from fpmatch.lab.synthesis.orientation import (
+    NATURAL_SHARES,
+    SINGULAR_RANGES,
+    PatternClass,
+    draw_pattern,
+    draw_singular_points,
+    ridge_orientation,
+    zero_pole_turning,
 )
 
 SMALL = MasterParameters(shape=(224, 176))
@@ -104,15 +112,6 @@ def test_a_period_map_is_natural_and_smooth(seed):
     assert not np.mod(period * PERIOD_LEVELS, 1).any()
 
 
-def test_periods_of_fingers_differ_about_their_mean():
-    maps = [period_of(seed) for seed in range(60)]
-    means = [float(period.mean()) for period in maps]
-    assert 8.3 < np.mean(means) < 9.3
-    assert 0.3 < np.std(means) < 0.8
-    rows = np.mean(maps, axis=(0, 2))
-    assert rows[-20:].mean() > rows[:20].mean() + 0.5
-
-
 @given(st.integers(64, 160), st.integers(64, 160), st.integers(0, 2**32))
 def test_any_outline_is_one_piece_off_the_border(rows, columns, seed):
     rng = np.random.default_rng(seed)
@@ -124,8 +123,89 @@ def test_any_outline_is_one_piece_off_the_border(rows, columns, seed):
     assert 0.45 < inside.mean() < 0.85
 
 
-def test_outlines_differ_and_are_rounder_at_the_tip(rng):
-    outlines = [fingertip_silhouette((300, 240), rng, SilhouetteParameters()) for _ in range(20)]
-    assert np.std([outline.mean() for outline in outlines]) > 0.01
-    inside = np.mean(outlines, axis=0)
-    assert inside[45].sum() < inside[-46].sum()
+SHAPE = (280, 220)
+SIZE = 0.5
+CENTRE = (110.0, 140.0)
+
+patterns = pytest.mark.parametrize("pattern", PatternClass)
+
+
+def field_of(pattern, seed=0):
+    rng = np.random.default_rng(seed)
+    points = draw_singular_points(pattern, CENTRE, rng, SIZE)
+    return ridge_orientation(pattern, points, SHAPE, rng, SIZE), points
+
+
+def test_shares_are_those_of_nature(rng):
+    assert sum(NATURAL_SHARES.values()) == pytest.approx(1.0)
+    n = 4000
+    drawn = [draw_pattern(rng) for _ in range(n)]
+    for pattern, share in NATURAL_SHARES.items():
+        assert abs(drawn.count(pattern) / n - share) < 4 * np.sqrt(share * (1 - share) / n)
+
+
+@given(st.sampled_from(PatternClass), st.integers(0, 2**32), st.floats(0.2, 1.2))
+def test_points_are_those_of_the_class_and_lie_in_their_places(pattern, seed, size):
+    points = draw_singular_points(pattern, CENTRE, np.random.default_rng(seed), size)
+    count = {PatternClass.ARCH: 0, PatternClass.WHORL: 2}.get(pattern, 1)
+    assert points.cores.shape == points.deltas.shape == (count, 2)
+    if count:
+        assert points.cores[:, 1].max() < points.deltas[:, 1].min()
+    farthest = max(np.abs(SINGULAR_RANGES[pattern].deltas).ravel(), default=0)
+    assert np.abs(points.deltas - CENTRE).max(initial=0) <= size * farthest + 1e-9
+    to_the_right = (points.deltas - points.cores)[:, 0] > 0
+    assert pattern is not PatternClass.LEFT_LOOP or to_the_right.all()
+    assert pattern is not PatternClass.RIGHT_LOOP or not to_the_right.any()
+
+
+def turns(angles):
+    """Return how far orientations turn along a closed line, in units of π."""
+    steps = np.mod(np.diff(angles) + np.pi / 2, np.pi) - np.pi / 2
+    return float(steps.sum() / np.pi)
+
+
+def index_at(orientation, x, y, radius=7.0):
+    around = np.linspace(0, 2 * np.pi, 200)
+    column = np.rint(x + radius * np.cos(around)).astype(int)
+    return turns(orientation[np.rint(y - radius * np.sin(around)).astype(int), column])
+
+
+@patterns
+def test_cores_and_deltas_are_where_they_were_put(pattern):
+    for seed in range(3):
+        orientation, points = field_of(pattern, seed)
+        for places, index in zip(points, (1, -1), strict=True):
+            for x, y in places:
+                assert index_at(orientation, x, y) == pytest.approx(index, abs=1e-3)
+
+
+@patterns
+def test_ridges_rise_on_the_left_and_fall_on_the_right_of_the_tip(pattern):
+    rise = np.sin(2 * field_of(pattern)[0][20:60])
+    assert rise[:, 20:70].mean() > 0.3
+    assert rise[:, 150:200].mean() < -0.3
+
+
+@given(st.integers(0, 2**32))
+def test_the_index_of_every_point_survives_every_correction(seed):
+    cores, deltas = [-5 + 60j, 8 - 10j], [-100 - 110j, 95 - 120j]
+    expected = [*((core, 3.0, 1) for core in cores), *((delta, 3.0, -1) for delta in deltas)]
+    for point, radius, index in [*expected, (40 + 30j, 3.0, 0), (0j, 900.0, 0)]:
+        circle = point + radius * np.exp(1j * np.linspace(0, 2 * np.pi, 401))
+        rng = np.random.default_rng(seed)
+        turning = zero_pole_turning(circle[None], cores, deltas, rng)
+        assert turns(turning[0]) == pytest.approx(index)
+
+
+def test_without_corrections_it_is_the_plain_model(rng, monkeypatch):
+    assert not zero_pole_turning(np.ones((1, 1)) * 1j, [], [], rng).any()
+    for name, none in {
+        "CORRECTION_DEG": 0.0,
+        "UPRIGHTNESS": (0, 0),
+        "LOOP_NARROWING_DEG": (0, 0),
+    }.items():
+        monkeypatch.setattr(f"fpmatch.lab.synthesis.orientation.{name}", none)
+    place = rng.uniform(-200, 200, (5, 6)) + 1j * rng.uniform(-200, 200, (5, 6))
+    found = zero_pole_turning(place, [0j], [50 - 80j], rng)
+    expected = 0.5 * (np.angle(place) - np.angle(place - (50 - 80j)))
+    np.testing.assert_allclose(found, expected, atol=1e-12)

@@ -66,12 +66,6 @@ def test_the_middle_sticks_and_the_outside_follows_the_finger():
     assert np.abs(moved - GRID[outside]).max() < 1e-9
 
 
-def test_without_torsion_and_traction_a_warp_is_its_placement():
-    still = Warp(PLACEMENT, (190.0, 170.0), (110.0, 160.0))
-    np.testing.assert_allclose(still.from_master(GRID), PLACEMENT.apply(GRID))
-    assert WARP.from_master(GRID[:0]).shape == WARP.to_master(GRID[:0]).shape == (0, 2)
-
-
 def test_drag_never_differs_more_than_the_steepness_says(rng):
     one = rng.uniform(-50, 450, (500, 2))
     other = one + rng.normal(size=(500, 2))

@@ -22,7 +22,7 @@ cdef class Proposals:
     cdef Py_ssize_t place, met, k
     cdef int stamp
 
-    cpdef bint proceed(self, Py_ssize_t end, long long max_tried, long long max_visits)
+    cpdef bint proceed(self, long long max_tried, long long max_visits)
     cdef bint _passes(self, Py_ssize_t j, Py_ssize_t count) noexcept
     cdef Py_ssize_t _find_neighbours(self, Py_ssize_t limit) noexcept
     cdef void _fit_corners(self, Py_ssize_t t) noexcept

@@ -100,12 +100,12 @@ class Proposals:
         self.ratio = 0.0
 
     @cython.locals(row=cython.Py_ssize_t, e=cython.Py_ssize_t, count=cython.Py_ssize_t)
-    def proceed(self, end, max_tried, max_visits):
-        """Search on, up to triangle `end` of the order; return whether a proposal has passed.
+    def proceed(self, max_tried, max_visits):
+        """Search on; return whether a proposal has passed.
 
         The search ends with `max_tried` pairs of triangles, or `max_visits`.
         """
-        for o in range(self.place, end):
+        for o in range(self.place, self.order.shape[0]):
             self.k = self.order[o]
             if self.visits[0] >= max_visits:
                 return False
@@ -134,7 +134,7 @@ class Proposals:
                     if self._passes(j, count):
                         self.place, self.met = o, met
                         return True
-        self.place, self.met = end, 0
+        self.place, self.met = self.order.shape[0], 0
         return False
 
     def _passes(self, j, count):

@@ -22,24 +22,22 @@ import numpy as np
 
 from fpmatch.lab.points.triangles._overlay_kernel import fit_partners, pair_by_auction
 from fpmatch.lab.points.triangles._proposal_kernel import Proposals
-from fpmatch.lab.points.triangles.descriptors import (
+from fpmatch.lab.points.triangles.given_set import (
+    GivenSet,
+    Target,
+    check_tolerance,
     density_over_hull,
     describe,
     ring_triangles,
     sort_by_shape,
 )
-from fpmatch.lab.points.triangles.given_set import GivenSet, Target, check_tolerance
 from fpmatch.lab.points.triangles.verification import Verdict, Verification, moved
 from fpmatch.pointset.geometry.frames import between_sets
 from fpmatch.pointset.geometry.point_match import PointMatch, too_few
 from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike, NDArray
-
-    from fpmatch.lab.points.triangles.descriptors import TriangleDescriptors
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
@@ -58,7 +56,7 @@ SHARE: Final = 0.6
 # The sequential test.
 _REACH: Final = 0.6  # area in which it seeks a partner, in squared tolerances: few lie far off
 _WIDEST: Final = 6.0  # most by which a fit's uncertainty widens that area
-_GAIN_STEPS: Final = 33
+_WIDER: Final = np.linspace(1.0, _WIDEST, 33)  # areas, at which the gain of a hit is known
 _MIN_CHANCE: Final = 1e-300  # of a hit, where the tolerance is tiny
 # Triangles.
 _SHAPE_TOLERANCE: Final = 0.75  # tolerances: of the apexes, when the longest sides coincide
@@ -68,7 +66,6 @@ _NEAR_TIE: Final = 0.8  # Q's triangles are also described by sides of this rati
 _PROPOSALS, _PROPOSALS_PER_POINT = 200_000, 100  # the larger; for each point of the larger set
 _VISITS, _VISITS_PER_PROPOSAL = 9_000_000, 16  # the larger; twice those of independent uniform sets
 _VISITS_PER_POINT: Final = 400  # as many more for each point of the smaller set
-_COMPARED_AT_ONCE: Final = 2_000_000  # triangles of Q, at most, between two reports of progress
 _SUFFICIENT_SHARE: Final = 0.5  # of the smaller set: paired by the first match, it ends the search;
 _EXTRA_PROPOSALS: Final = 2_000  # else so many more are tested
 _EXACT: Final = 1 / 64  # squared tolerances: nearer pairs end a search among rivals
@@ -85,7 +82,6 @@ def match_by_triangles(
     tolerance: float | None = None,
     max_chance: float = MAX_CHANCE,
     max_proposals: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
 ) -> PointMatch:
     """Find the similarity transform that maps points of P onto points of Q, if there is one.
 
@@ -104,7 +100,7 @@ def match_by_triangles(
     if min(len(first), len(second)) < MIN_POINTS_TO_MATCH:
         return PointMatch.none(reason=too_few(MIN_POINTS_TO_MATCH))
     target = Target.of(second, tolerance)
-    match = _Search(first, second, target, max_chance, max_proposals, progress).match()
+    match = _Search(first, second, target, max_chance, max_proposals).match()
     return match.inverse() if swapped else match
 
 
@@ -118,14 +114,13 @@ class _Search:
         target: Target,
         max_chance: float,
         max_proposals: int | None,
-        progress: Callable[[int, int], None] | None,
     ) -> None:
         larger, smaller = max(len(p), len(q)), min(len(p), len(q))
         most = max(_PROPOSALS, _PROPOSALS_PER_POINT * larger)
         self.most = most if max_proposals is None else max_proposals
         self.max_visits = max(_VISITS, _VISITS_PER_PROPOSAL * self.most)
         self.max_visits += _VISITS_PER_POINT * smaller
-        self.p, self.q, self.target, self.progress = p, q, target, progress
+        self.p, self.q, self.target = p, q, target
         self.log_max = math.log(max_chance)
         self.tried = self.passed = self.refuted = 0
         self.visits = np.zeros(1, np.int64)
@@ -181,35 +176,42 @@ class _Search:
         return _BY_CHANCE
 
     def _search(self, of_p: Ints, of_q: Ints) -> bool:
-        """Search one kind of triangle, (T, 3) each, until a proposal is accepted."""
+        """Search one kind of triangle, (T, 3) each, until a proposal is accepted.
+
+        The triangles of P come in the order of their information. The log-likelihood ratio of a
+        true transform to a false one has a term for each neighbour: a true one brings `SHARE` of
+        them onto points of Q, a false one does so by chance.
+        """
         p, q, target = self.p, self.q, self.target
         outliers = (1.0 - SHARE) * density_over_hull(p.mesh, p.points)
         shortest = _SHORTEST_SIDE * target.spacing
         in_p = describe(p.points, of_p, outliers=outliers)
         in_q = describe(q.points, of_q, near_tie=_NEAR_TIE, shortest=shortest)
-        proposals = self._proposals(in_p, in_q, shortest)
+        shape_tolerance = _SHAPE_TOLERANCE * target.tolerance
+        widest_shape = shape_tolerance / shortest
+        reach2 = _REACH * target.tolerance**2
+        chance = np.maximum(-np.expm1(-math.pi * target.density * reach2 * _WIDER), _MIN_CHANCE)
+        gain = np.log((SHARE + (1.0 - SHARE) * chance) / chance)
+        order = in_p.negative_information[: in_p.number].argsort(kind="stable")
+        proposals = Proposals(
+            *(p.points, in_p.corner, in_p.shape, order, p.mesh.ring_start, p.mesh.ring),
+            *(q.points, target.grid, in_q.corner, in_q.side, sort_by_shape(in_q, widest_shape)),
+            *(shape_tolerance, widest_shape, reach2, _WIDEST, gain, math.log(1.0 - SHARE)),
+            *(self.tried, self.visits),
+        )
         log_tests = math.log(max(1, in_p.number * in_q.number))
         sufficient = _SUFFICIENT_SHARE * min(len(p), len(q))
-        step = max(1, _COMPARED_AT_ONCE // max(1, in_q.number))
-        for begin in range(0, in_p.number, step):
-            end = min(begin + step, in_p.number)
-            while proposals.proceed(end, self.most, self.max_visits):
-                self.passed += 1
-                self.tried = int(proposals.tried)
-                if self._try(np.array(proposals.move), log_tests, sufficient):
-                    return True
+        while proposals.proceed(self.most, self.max_visits):
+            self.passed += 1
             self.tried = int(proposals.tried)
-            if self.at_limit:
-                break
-            if self.progress is not None:
-                self.progress(self.tried, self.most)
+            if self._try(np.array(proposals.move), log_tests, sufficient):
+                return True
+        self.tried = int(proposals.tried)
         return self.log_chance < self.log_max and not self._is_ambiguous()
 
     def _try(self, move: Floats, log_tests: float, sufficient: float) -> bool:
         """Refine and judge a move; return whether it ends the search with a match."""
         p, t2 = self.p.points, self.target.tolerance**2
-        if self.verification.rejects(move, self.log_max - log_tests):
-            return False
         for _ in range(_BETTER_MAPS):
             refined = self.verification.overlay(p, move, MAX_ROUNDS)
             if refined is None:
@@ -257,26 +259,3 @@ class _Search:
                 others.append(partner)
         self.equal_maps = max(self.equal_maps, len(others))
         return len(others) > 1
-
-    def _proposals(
-        self, in_p: TriangleDescriptors, in_q: TriangleDescriptors, shortest: float
-    ) -> Proposals:
-        """Return the proposals of the triangles of P, the most informative first.
-
-        The log-likelihood ratio of a true transform to a false one has a term for each neighbour:
-        a true one brings `SHARE` of them onto points of Q, a false one does so by chance.
-        """
-        p, q, target = self.p, self.q, self.target
-        shape_tolerance = _SHAPE_TOLERANCE * target.tolerance
-        widest_shape = shape_tolerance / shortest
-        reach2 = _REACH * target.tolerance**2
-        expected = math.pi * target.density * reach2 * np.linspace(1.0, _WIDEST, _GAIN_STEPS)
-        chance = np.maximum(-np.expm1(-expected), _MIN_CHANCE)
-        gain = np.log((SHARE + (1.0 - SHARE) * chance) / chance)
-        order = in_p.negative_information[: in_p.number].argsort(kind="stable")
-        return Proposals(
-            *(p.points, in_p.corner, in_p.shape, order, p.mesh.ring_start, p.mesh.ring),
-            *(q.points, target.grid, in_q.corner, in_q.side, sort_by_shape(in_q, widest_shape)),
-            *(shape_tolerance, widest_shape, reach2, _WIDEST, gain, math.log(1.0 - SHARE)),
-            *(self.tried, self.visits),
-        )

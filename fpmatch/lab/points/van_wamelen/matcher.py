@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.pointset.geometry._grid_kernel import CellGrid
-    from fpmatch.pointset.geometry.frames import UnitFrame
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
@@ -73,15 +72,6 @@ class SearchPlan:
     enough: int  # pairs that make a global match
 
 
-class _SortedSet(NamedTuple):
-    """A set in its unit frame (N, 2), sorted into cells, their order, and r/(2√n)."""
-
-    unit: Floats
-    grid: CellGrid
-    order: Ints
-    spacing: float
-
-
 def match_van_wamelen(
     p: ArrayLike,
     q: ArrayLike,
@@ -97,8 +87,8 @@ def match_van_wamelen(
     The share `rho` of `p`, in (0, 1] and more than λ²/4, must be paired. `lambda_` is the matching
     distance in mean nearest-neighbour distances of `q`; with a `tolerance`, the matching distance
     in the units of `q`, λ determines the sizes of lists and windows only. `max_steps` bounds the
-    points and cells visited. Returned is the first transform of `p` onto `q` that pairs
-    ρM points, or none. Raises PointSetError if a set or a parameter cannot be used.
+    points and cells visited. Returned is the first transform of `p` onto `q` that
+    pairs ρM points, or none. Raises PointSetError if a set or a parameter cannot be used.
     """
     given_p, given_q = as_points(p, "p"), as_points(q, "q")
     _check(rho, lambda_, tolerance)
@@ -106,26 +96,38 @@ def match_van_wamelen(
     if min(len(given_p), len(given_q)) < MIN_POINTS:
         return PointMatch.none(reason=too_few(MIN_POINTS))
     plan = plan_search(len(given_p), len(given_q), rho, lambda_)
-    sorted_p, sorted_q = sort_set(given_p, frame_p), sort_set(given_q, frame_q)
-    if tolerance is None:
-        reach = lambda_ * sorted_q.spacing
-    else:
+    unit = np.array(frame_p.apply(given_p).T, order="C")
+    grid, spacing = sort_set(frame_q.apply(given_q))
+    reach = lambda_ * spacing
+    if tolerance is not None:
         reach = math.ldexp(tolerance, -frame_q.exponent)
-    steps = np.zeros(1, np.int64)
-    limits = seed, max_steps, steps
-    local_matches, move, (i, j) = _search(sorted_p, sorted_q, plan, reach, *limits)
-    if not len(i):
+    m, n, k = len(given_p), len(given_q), plan.neighbours
+    rng, order = np.random.default_rng(seed), np.asarray(grid.order)
+    pivots = rng.permutation(m).astype(np.int32)
+    # a permutation of the set as given: the search is the same whatever the grid
+    scene = order.argsort()[rng.permutation(n)].astype(np.int32)
+    move, partner, pair = np.empty(4), np.empty(m, np.int32), np.empty(m, np.int32)
+    steps, counts = np.zeros(1, np.int64), np.zeros(2, np.int32)
+    near_q = nearest_neighbours(np.column_stack([grid.x, grid.y]), k)
+    kernel.search(
+        *(unit, grid, pivots, scene, nearest_neighbours(unit.T, k), near_q),
+        *(plan.bases, plan.window, plan.enough_near, plan.enough, reach, max_steps, move),
+        *(partner, pair, np.zeros(n, np.int32), np.empty(k, np.int32), steps, counts),
+    )
+    pairs, local_matches = counts.tolist()
+    if not pairs:
         reason = f"no transform that was tried pairs {plan.enough:,} points, a share rho of P"
         if steps[0] >= max_steps:
             reason += "; the search ended at its limit of points and cells visited"
         return PointMatch.none(local_matches, reason)
-    in_p, in_q = sorted_p.order[i], sorted_q.order[j]
-    rms = rms_distance(move.apply(sorted_p.unit[in_p]), sorted_q.unit[in_q])
+    in_p = np.flatnonzero(partner >= 0)
+    in_q = order[partner[in_p]]
+    transform = between_sets(Similarity.of_move(move), frame_p, frame_q)
     return PointMatch(
-        transform=between_sets(move, frame_p, frame_q),
-        pairs=np.column_stack([in_p, in_q])[in_p.argsort()].astype(np.int32),
-        matched_share=len(i) / min(len(given_p), len(given_q)),
-        rms=math.ldexp(rms, frame_q.exponent),
+        transform=transform,
+        pairs=np.column_stack([in_p, in_q]).astype(np.int32),
+        matched_share=pairs / min(m, n),
+        rms=rms_distance(transform.apply(given_p[in_p]), given_q[in_q]),
         local_matches=local_matches,
     )
 
@@ -153,50 +155,24 @@ def _tries(doubt: float, rho: float) -> int:
     return 1 if rho == 1 else max(1, math.ceil(math.log(doubt) / math.log1p(-rho) - rounding))
 
 
-def _search(
-    p: _SortedSet,
-    q: _SortedSet,
-    plan: SearchPlan,
-    tolerance: float,
-    seed: int,
-    max_steps: int,
-    steps: NDArray[np.int64],
-) -> tuple[int, Similarity, Ints]:
-    """Return the number of local matches, the transform between frames, and the pairs (2, K)."""
-    m, n = len(p.order), len(q.order)
-    rng = np.random.default_rng(seed)
-    # permutations of the sets as given: the search is the same whatever the grids
-    pivots = p.order.argsort()[rng.permutation(m)]
-    scene = q.order.argsort()[rng.permutation(n)]
-    move, pair, counts = np.empty(4), np.empty((2, 2, m + 1), np.int32), np.zeros(2, np.int32)
-    near_p, near_q = (nearest_neighbours(grid, plan.neighbours) for grid in (p.grid, q.grid))
-    kernel.search(
-        *(p.grid, q.grid, pivots.astype(np.int32), scene.astype(np.int32), near_p, near_q),
-        *(plan.bases, plan.window, plan.enough_near, plan.enough, tolerance, max_steps),
-        *(move, pair, np.zeros(n, np.int32), steps, counts),
-    )
-    pairs, local_matches = counts.tolist()
-    similarity = Similarity.of_move(move) if pairs else Similarity()
-    return local_matches, similarity, pair[0, :, :pairs]
+def sort_set(unit: Floats) -> tuple[CellGrid, float]:
+    """Sort points (N, 2) of a unit frame into cells of side r/√n, or larger; also return r/(2√n).
 
-
-def sort_set(points: Floats, frame: UnitFrame) -> _SortedSet:
-    """Sort a set of one point or more into cells of side r/√n, or larger ones of too many."""
-    unit = np.ascontiguousarray(frame.apply(points))
+    There is one point or more.
+    """
     hull = triangulate(unit).hull
     (x, y), n = (unit[hull] - unit[hull[0]]).T, len(unit)
     area = max(0.5 * float(x[:-1] @ y[1:] - y[:-1] @ x[1:]), 0.0)
     side = math.sqrt(area / n)
     high = tuple(unit.max(axis=0).tolist())
     grid = sort_into_cells(np.array(unit.T, order="C"), side or 1.0, low=(0.0, 0.0), high=high)
-    return _SortedSet(unit, grid, np.asarray(grid.order), 0.5 * side)
+    return grid, 0.5 * side
 
 
-def nearest_neighbours(grid: CellGrid, k: int) -> Ints:
-    """Return the k nearest others of each of more than k points, both in the grid's order."""
+def nearest_neighbours(points: Floats, k: int) -> Ints:
+    """Return the k nearest others of each of more than k points (N, 2), nearest first."""
     from scipy.spatial import KDTree  # noqa: PLC0415
 
-    points = np.column_stack([grid.x, grid.y])
     near = np.asarray(KDTree(points).query(points, k + 1)[1])
     other = near != np.arange(len(points))[:, None]
     other[other.all(axis=1), -1] = False  # of many points that coincide

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pointset_strategies import as_move, grid_of, in_columns, seeds, squared_distances
 
 from fpmatch.lab.points.triangles._proposal_kernel import Proposals
-from fpmatch.lab.points.triangles.descriptors import describe, sort_by_shape
+from fpmatch.lab.points.triangles.given_set import describe, sort_by_shape
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.geometry.similarity import Similarity
 
@@ -38,7 +38,7 @@ class Search:
 
     def proceed(self, most=NO_BOUND):
         """Search until a proposal passes; return whether one did."""
-        return bool(self.proposals.proceed(len(self.order), most, NO_BOUND))
+        return bool(self.proposals.proceed(most, NO_BOUND))
 
     def similar(self):
         """Yield the pairs of corners of triangles that are similar, in the order of the search."""
@@ -126,13 +126,4 @@ def test_every_pair_of_similar_triangles_is_tested_once_up_to_the_limit(seed, mo
             move = np.asarray(search.proposals.move)
             assert move == pytest.approx(as_move(search.fit(corners)), abs=1e-9)
     assert not search.proceed(before + most)
-    assert not search.proposals.proceed(len(search.order), NO_BOUND, int(search.visits[0]))
-
-
-def test_nothing_is_proposed_without_triangles():
-    line = np.column_stack([np.arange(5.0), np.zeros(5)])
-    p, q = two_views(2)
-    for one, other in ((line, q), (p, line)):
-        search = Search(one, other)
-        assert not search.proceed()
-        assert search.proposals.tried == 0
+    assert not search.proposals.proceed(NO_BOUND, int(search.visits[0]))

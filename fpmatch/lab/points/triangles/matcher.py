@@ -212,6 +212,8 @@ class _Search:
     def _try(self, move: Floats, log_tests: float, sufficient: float) -> bool:
         """Refine and judge a move; return whether it ends the search with a match."""
         p, t2 = self.p.points, self.target.tolerance**2
+        if self.verification.rejects(move, self.log_max - log_tests):
+            return False
         for _ in range(_BETTER_MAPS):
             refined = self.verification.overlay(p, move, MAX_ROUNDS)
             if refined is None:

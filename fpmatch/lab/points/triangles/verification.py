@@ -34,6 +34,8 @@ _ALIKE: Final = 0.25  # tolerances: difference in length of edges as long
 _OF_RIVAL: Final = -7.0  # log chance of a rival
 _AS_GOOD: Final = 0.9  # share of the log chance
 _ROUNDS: Final = 3  # of refining a rival
+_UNSCREENED: Final = 32  # maps that pass, at least,
+_UNSCREENED_POINTS: Final = 500_000  # or with so many points in all: uniform sets have fewer
 
 
 class Verdict(NamedTuple):
@@ -91,6 +93,7 @@ class Verification:
         self._visits, self._most_visits = visits, most
         self._every = -(-p.shape[1] // SAMPLE)
         self._sample = np.ascontiguousarray(p[:, :: self._every])
+        self._unscreened = max(_UNSCREENED, _UNSCREENED_POINTS // p.shape[1])
 
     @cached_property
     def is_even(self) -> bool:
@@ -108,6 +111,19 @@ class Verification:
         self._owner[partner[partner >= 0]] = -1
         distance2[partner < 0] = np.inf
         return None if inside < 0 else Overlaid(move, partner, distance2, inside)
+
+    def rejects(self, move: Floats, needed: float) -> bool:
+        """Return whether a sample's log chance under a move is above half of what is `needed`.
+
+        Where points crowd, thousands of false transforms pass the sequential test: each maps its
+        neighbourhood into a crowd, in which every place has a point near. The first that pass are
+        not screened.
+        """
+        self._unscreened -= 1
+        if self._unscreened >= 0:
+            return False
+        overlaid = self.overlay(self._sample, move, rounds=1)
+        return overlaid is None or overlaid.log_chance(self._t2, self._target.rate) > needed / 2
 
     def judge(self, overlaid: Overlaid, log_tests: float, log_max: float) -> Verdict:
         """Return the verdict on a map of all points."""

@@ -295,7 +295,7 @@ def _open_again(where: str, key: KeyRing | str | None, matcher: Matcher) -> Sear
 
 def _warn(text: str) -> None:
     """Warn the caller of `Search.open`."""
-    warnings.warn(text, RuntimeWarning, stacklevel=6)
+    warnings.warn(text, RuntimeWarning, stacklevel=8)
 
 
 def _chunks(rows: list[Any]) -> list[list[Any]]:

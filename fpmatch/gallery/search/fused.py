@@ -8,14 +8,15 @@ their fingers, and the scores of a subject's fingers are fused
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.threads import available_cores
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.fingers.finger import fused_scores
 from fpmatch.gallery.fingers.fused_fingers import assign_fingers
 from fpmatch.gallery.index.compare import packs
@@ -31,6 +32,7 @@ from fpmatch.matching.calibration import score_to_fmr
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
+    from concurrent.futures import Executor
 
     from fpmatch.gallery.search.identify import ComparedProbe
     from fpmatch.gallery.search.search import Search, Subjects
@@ -91,7 +93,8 @@ def identify_fused(
     alone = [find_candidates(one, each, searched, skipped=skipped) for one in compared]
     numbers = sorted({candidate.number for one in alone for candidate in one.candidates})
     fingers = _fingers(search, of.fingers_of(numbers), skipped)
-    with Threads(workers if packs(search.matcher) else 1) as threads:
+    cores = (workers or available_cores()) if packs(search.matcher) else 1
+    with ThreadPoolExecutor(cores) as threads:
         scored = [
             _scored(one, fingers, position, each, threads)
             for one, position in zip(compared, named, strict=True)
@@ -154,7 +157,7 @@ def _scored(
     fingers: Mapping[tuple[str, str], Sequence[int]],
     position: str,
     options: SearchOptions,
-    threads: Threads,
+    threads: Executor,
 ) -> dict[tuple[str, str], tuple[float, int]]:
     """Return score and most similar print of the fingers that a probe may be of."""
     assert options.calibration is not None

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from fpmatch.gallery.engine.in_threads import Threads
+from fpmatch.base.threads import available_cores
 from fpmatch.gallery.fingers.finger import fused_scores
 from fpmatch.gallery.index.compare import packs
 from fpmatch.gallery.search.identification import (
@@ -109,7 +110,8 @@ def compare_probe(
     After a pre-selection, further impressions of the fingers that rank first are compared, too.
     """
     prepared = call_matcher(search.matcher, "prepare", probe)
-    with Threads(workers if packs(search.matcher) else 1) as threads:
+    cores = (workers or available_cores()) if packs(search.matcher) else 1
+    with ThreadPoolExecutor(cores) as threads:
         similarity, passed_on = search.compare(prepared, options, threads)
         labels = {
             number: (subject, finger)

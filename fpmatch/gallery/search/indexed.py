@@ -20,10 +20,10 @@ from fpmatch.gallery.store.stored_template import unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from concurrent.futures import Executor
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.engine.in_threads import Threads
     from fpmatch.gallery.index.follow import GalleryIndex
     from fpmatch.gallery.index.segment import Segment
     from fpmatch.gallery.index.terms import ProbeTerms
@@ -61,13 +61,13 @@ class IndexedSearch(Search):
         self.gallery = self.subjects.gallery = gallery
 
     def compare(
-        self, probe: Any, options: SearchOptions, threads: Threads
+        self, probe: Any, options: SearchOptions, threads: Executor
     ) -> tuple[Similarity, tuple[int, ...]]:
         """Compare a probe with the prints that terms, embedding and descriptors choose."""
         by_terms = options.effort * max(LEAST_BY_TERMS, round(SHARE_BY_TERMS * len(self)))
         by_descriptors = max(options.effort * BY_DESCRIPTORS, options.count)
         terms = probe_terms(probe, unoriented=self._unoriented)
-        votes = np.concatenate([*threads.map(_votes, terms, self._segments)])[self._stored]
+        votes = np.concatenate([*threads.map(partial(_votes, terms), self._segments)])[self._stored]
         first = most_voted(votes, max(by_terms, by_descriptors))
         first = first[np.argsort(self._stored[first])]
         places = self._stored[first]
@@ -76,7 +76,7 @@ class IndexedSearch(Search):
             (segment, places[bounds[k] : bounds[k + 1]] - self._start[k])
             for k, segment in enumerate(self._segments)
         ]
-        scores = np.concatenate([*threads.map(_scores, probe, parts)])
+        scores = np.concatenate([*threads.map(partial(_scores, probe), parts)])
         # Either finds mates that the other loses: votes need a mesh that both prints have,
         # descriptors the ridges around the minutiae.
         combined = size_normalized(scores, self._size[places], len(probe))
@@ -85,11 +85,11 @@ class IndexedSearch(Search):
         similarity = self.compare_some(probe, np.sort(self.numbers[second]).tolist(), threads)
         return similarity, (len(first), len(second))
 
-    def compare_some(self, probe: Any, numbers: Sequence[int], threads: Threads) -> Similarity:
+    def compare_some(self, probe: Any, numbers: Sequence[int], threads: Executor) -> Similarity:
         """Compare a probe with the prints of some entries; those that are gone are left out."""
         rows = sorted(self.gallery.packed_templates(of=numbers))
         chunks = [rows[k : k + PREPARED_AT_ONCE] for k in range(0, len(rows), PREPARED_AT_ONCE)]
-        parts = threads.map(partial(_similarities, self.matcher), probe, chunks)
+        parts = threads.map(partial(_similarities, self.matcher, probe), chunks)
         compared = np.concatenate([np.empty(0), *parts]).tolist()
         return dict(zip((number for number, _ in rows), compared, strict=True))
 

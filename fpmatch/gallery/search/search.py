@@ -13,11 +13,11 @@ from fpmatch.matching.calibration import MAX_SCORE, load_calibration
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from concurrent.futures import Executor
 
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.engine.in_threads import Threads
     from fpmatch.gallery.search.identification import Candidate, SubjectCandidate
     from fpmatch.gallery.store.gallery import Gallery
     from fpmatch.matching.calibration import Calibration
@@ -125,7 +125,7 @@ class Search(ABC):
 
     @abstractmethod
     def compare(
-        self, probe: Any, options: SearchOptions, threads: Threads
+        self, probe: Any, options: SearchOptions, threads: Executor
     ) -> tuple[Similarity, tuple[int, ...]]:
         """Compare a probe, which the matcher prepared, with the prints that may be its mates.
 
@@ -133,7 +133,7 @@ class Search(ABC):
         """
 
     @abstractmethod
-    def compare_some(self, probe: Any, numbers: Sequence[int], threads: Threads) -> Similarity:
+    def compare_some(self, probe: Any, numbers: Sequence[int], threads: Executor) -> Similarity:
         """Compare a probe with the prints of some entries; those that are gone are left out."""
 
     @abstractmethod

@@ -14,10 +14,10 @@ from fpmatch.matching.result import check_repeats, compare_prepared, named
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from concurrent.futures import Executor
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.engine.in_threads import Threads
     from fpmatch.gallery.search.search import SearchOptions, Similarity, Subjects
     from fpmatch.matching.result import Matcher
 
@@ -58,12 +58,12 @@ class WholeSearch(Search):
         return self
 
     def compare(
-        self, probe: Any, options: SearchOptions, threads: Threads
+        self, probe: Any, options: SearchOptions, threads: Executor
     ) -> tuple[Similarity, tuple[int, ...]]:
         """Compare a probe with all prints."""
         return self._compared(probe, np.arange(len(self)), threads), ()
 
-    def compare_some(self, probe: Any, numbers: Sequence[int], threads: Threads) -> Similarity:
+    def compare_some(self, probe: Any, numbers: Sequence[int], threads: Executor) -> Similarity:
         """Compare a probe with the prints of some entries; those that are gone are left out."""
         return self._compared(probe, np.flatnonzero(np.isin(self.numbers, numbers)), threads)
 
@@ -73,15 +73,15 @@ class WholeSearch(Search):
         prints = self.prints.prints if packs(self.matcher) else self.prints
         return prints[places[0]] if places else None
 
-    def _compared(self, probe: Any, places: NDArray[np.intp], threads: Threads) -> Similarity:
+    def _compared(self, probe: Any, places: NDArray[np.intp], threads: Executor) -> Similarity:
         """Compare a probe with the prints at some places."""
         numbers = self.numbers[places].tolist()
         if isinstance(self.prints, PreparedPrints):
             prints = self.prints
             if len(places) < len(self):
                 prints = PreparedPrints(prints.prints[k] for k in places.tolist())
-            some = partial(_similarities, self.matcher, probe)
-            parts = threads.map(some, prints, range(0, len(places), COMPARED_AT_ONCE))
+            some = partial(_similarities, self.matcher, probe, prints)
+            parts = threads.map(some, range(0, len(places), COMPARED_AT_ONCE))
             return dict(zip(numbers, np.concatenate([np.empty(0), *parts]).tolist(), strict=True))
         similarity: Similarity = {}
         number = 0

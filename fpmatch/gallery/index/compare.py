@@ -42,6 +42,13 @@ class PreparedPrints:
     def __len__(self) -> int:
         return len(self.prints)
 
+    def take(self, places: Iterable[int]) -> PreparedPrints:
+        """Return the prints at some places, in this order."""
+        taken, some = PreparedPrints([]), list(places)
+        taken.prints = [self.prints[k] for k in some]
+        taken.views = [self.views[k] for k in some] if COMPILED else []
+        return taken
+
 
 def _view_of(print_: PreparedTemplate) -> TemplateView:
     p, n = print_, print_.neighbourhoods

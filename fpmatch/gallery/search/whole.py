@@ -79,7 +79,7 @@ class WholeSearch(Search):
         if isinstance(self.prints, PreparedPrints):
             prints = self.prints
             if len(places) < len(self):
-                prints = PreparedPrints(prints.prints[k] for k in places.tolist())
+                prints = prints.take(places.tolist())
             some = partial(_similarities, self.matcher, probe, prints)
             parts = threads.map(some, range(0, len(places), COMPARED_AT_ONCE))
             return dict(zip(numbers, np.concatenate([np.empty(0), *parts]).tolist(), strict=True))

@@ -94,7 +94,6 @@ class PairComparer:
         self._calibration, self._threshold = calibration, threshold
         self._capacity = capacity
         self._prepared: OrderedDict[bytes, tuple[Any, NDArray[np.float64]]] = OrderedDict()
-        self._packed: tuple[list[bytes], Any] = ([], None)
 
     def rows(self, task: ComparisonTask) -> Rows:
         """Return the rows of some pairs."""
@@ -161,14 +160,18 @@ class PairComparer:
     def similarities(self, task: ComparisonTask) -> NDArray[np.float64]:
         """Return the similarity of each pair and the reachable one, shape (2, pairs).
 
-        They are not a number where a print has no template.
+        They are not a number where a print has no template. A probe is compared at once with all
+        its references, if the matcher has 1:N comparison: the results are the same to the last bit.
         """
-        pairs = task.pairs
-        sides = (task.probes, task.references)
+        pairs, sides = task.pairs, (task.probes, task.references)
         probes, there = (
             {k: one.stored.data for k, one in side.items() if one.stored.data is not None}
             for side in sides
         )
+        place = {number: n for n, number in enumerate(there)}
+        many = None
+        if packs(self.matcher):
+            many = PreparedPrints(self._print(data)[0] for data in there.values())
         similarity, reachable = both = np.full((2, len(pairs)), np.nan)
         usable = np.isin(pairs.reference, list(there))
         last: tuple[bytes, bytes, float, list[str]] | None = None
@@ -179,34 +182,23 @@ class PairComparer:
             numbers = pairs.reference[rows].tolist()
             references = [there[k] for k in numbers]
             names = [task.probes[number].name, *(task.references[k].name for k in numbers)]
-            often = len(pairs) >= 2 * len(there)  # comparisons of a reference
-            similarity[rows] = self._with_many(
-                probe, references, names, [*there.values()] if often else []
-            )
-            evidence = np.stack([self._print(data)[1] for data in references])
-            ours = self._print(probe)[1]
-            reachable[rows] = reachable_similarities(self.matcher, ours, evidence)
+            ours, evidence = self._print(probe)
+            if many is not None:
+                some = many.take(place[k] for k in numbers)
+                similarity[rows] = similarities(self.matcher, ours, some)
+            else:
+                similarity[rows] = self._one_by_one(probe, references, names)
+            theirs = np.stack([self._print(data)[1] for data in references])
+            reachable[rows] = reachable_similarities(self.matcher, evidence, theirs)
             last = probe, references[-1], similarity[rows[-1]], [names[0], names[-1]]
         if last is not None:
             self._check_repeats(*last)
         return both
 
-    def _with_many(
-        self, probe: bytes, references: list[bytes], names: Sequence[str], together: list[bytes]
+    def _one_by_one(
+        self, probe: bytes, references: list[bytes], names: Sequence[str]
     ) -> NDArray[np.float64]:
-        """Compare a template with others, at once where they are consecutive among those packed.
-
-        The results are the same to the last bit. Where they are not, `together` is packed, if the
-        matcher has 1:N comparison. An error of a plug-in has the `names` of both prints.
-        """
-        if packs(self.matcher):
-            start = _start(references, self._packed[0])
-            if start is None and (start := _start(references, together)) is not None:
-                prepared = (self._print(data)[0] for data in together)
-                self._packed = together, PreparedPrints(prepared)
-            if start is not None:
-                ours, end = self._print(probe)[0], start + len(references)
-                return similarities(self.matcher, ours, self._packed[1], start, end)
+        """Compare a template with others; an error of a plug-in has the names of both prints."""
         similarity, k = np.zeros(len(references)), 0
         try:
             ours = self._print(probe)[0]
@@ -237,11 +229,3 @@ class PairComparer:
             check_repeats(self.matcher, *both, similarity)
         except MatcherError as error:
             raise named(error, *names) from error
-
-
-def _start(some: list[bytes], many: list[bytes]) -> int | None:
-    """Return where `some` begin, one after the other, among `many`; None where they do not."""
-    if some[0] not in many:
-        return None
-    start = many.index(some[0])
-    return start if many[start : start + len(some)] == some else None

@@ -14,7 +14,6 @@ import numpy as np
 
 from fpmatch._version import __version__
 from fpmatch.gallery.batch.compare import ComparisonTask, PairComparer, Print
-from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.gallery.batch.plan import (
     AllPairs,
     ListedPairs,
@@ -27,6 +26,7 @@ from fpmatch.gallery.batch.sources import open_source
 from fpmatch.gallery.batch.unfinished import Unfinished, finished_before, remember
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.matching.calibration import is_calibrated, load_calibration
 from fpmatch.matching.decision import Rule
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.prints.reading import group_by_note
@@ -49,6 +49,11 @@ REFERENCES: Final = "references"
 PROBES: Final = "probes"
 COMPARE: Final = "compare"
 _FORMAT: Final = "8"  # of the state of an unfinished run
+
+
+def calibration_of(matcher: str) -> Calibration | None:
+    """Return the package's own calibration of a matcher; None where there is none."""
+    return load_calibration(matcher) if is_calibrated(matcher) else None
 
 
 @dataclass(frozen=True, slots=True)

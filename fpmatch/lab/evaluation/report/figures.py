@@ -8,7 +8,7 @@ import numpy as np
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import OutputError
-from fpmatch.gallery.batch.decision import calibration_of
+from fpmatch.gallery.batch.score import calibration_of
 from fpmatch.lab.evaluation.rates.error_rates import error_curves
 from fpmatch.lab.evaluation.report.results import split_scores
 from fpmatch.lab.plots.style import (

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.gallery.batch.decision import calibration_of
+from fpmatch.gallery.batch.score import calibration_of
 from fpmatch.lab.evaluation.rates.bootstrap import (
     BOOTSTRAP,
     BOOTSTRAPPED,

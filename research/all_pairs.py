@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.gallery.index.prints.compare import similarities
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.compare import PreparedPrints, similarities
 from fpmatch.lab.evaluation.calibrate import ImpostorSet
 from fpmatch.lab.evaluation.rates.scores_set import Trials
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -33,7 +32,7 @@ def compare_all_pairs(
 ) -> NDArray[np.float64]:
     """Compare each template with every later one, by a matcher's 1:N comparison."""
     prints = [matcher.prepare(template) for template in templates]
-    many = PreparedPrints.pack(prints)
+    many = PreparedPrints(prints)
 
     def with_later_ones(k: int) -> NDArray[np.float64]:
         return similarities(matcher, prints[k], many, k + 1)

@@ -1,7 +1,7 @@
 """Find matchers by name: those of this package, and those of others as plug-ins.
 
-A matcher of this package is a module of `fpmatch.matching.matchers` that defines ``MATCHER``, and
-stands in `OWN_MATCHERS`. Other packages add matchers by entry points, see `fpmatch.base.plugins`.
+Those of this package stand in `OWN_MATCHERS`. Other packages add theirs by entry points, see
+`fpmatch.base.plugins`.
 """
 
 from __future__ import annotations
@@ -17,8 +17,11 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
 DEFAULT_MATCHER: Final = "unit-circle"
-OWN_MATCHERS: Final = ("paper", "reference", "unit-circle")
-_MATCHERS: Final = "fpmatch.matching.matchers"  # imported by name, as plug-ins are
+OWN_MATCHERS: Final = {  # objects of modules in `fpmatch.matching.matchers`, by name
+    "paper": ("paper", "MATCHER"),
+    "reference": ("unit_circle", "REFERENCE"),
+    "unit-circle": ("unit_circle", "MATCHER"),
+}
 
 
 def matcher_names() -> list[str]:
@@ -47,9 +50,10 @@ def get_matcher(name: str) -> Matcher:
     'unit-circle:reach_px=12'
     """
     if name in OWN_MATCHERS:
-        module = importlib.import_module(f"{_MATCHERS}.{name.replace('-', '_')}")
-        own: Matcher = module.MATCHER
-        return own
+        module, entry = OWN_MATCHERS[name]
+        own = importlib.import_module(f"fpmatch.matching.matchers.{module}")
+        matcher: Matcher = getattr(own, entry)
+        return matcher
     plain, parameters = split_name(name)
     if parameters:
         return _parametrised(plain, parameters)
@@ -59,7 +63,7 @@ def get_matcher(name: str) -> Matcher:
         known = unknown_name("matcher", name, matcher_names())
         raise MatcherError(f"{known} (or any package.module:OBJECT)")
     try:
-        matcher: Matcher = load_plugin(MATCHERS, name)
+        matcher = load_plugin(MATCHERS, name)
     except PluginError as error:
         subject = "matcher" if ":" in name else f"matcher {name}:"
         raise MatcherError(f"{subject} {error}", code="plug-in") from error

@@ -74,7 +74,8 @@ class Comparison:
     agreement : float
         Share (0..1) of the minutiae inside the common region that are paired.
     overlap : float
-        Share (0..1) of the smaller print that lies inside the other's region.
+        Share (0..1) of the smaller print that lies inside the other's region; 0 where the matcher
+        measures neither this nor the agreement.
     reason : str
         The main reason against one finger, or why nothing was found; "" if the matcher gives none.
     detail : object
@@ -85,15 +86,15 @@ class Comparison:
     transform: Similarity | None
     pairs: NDArray[np.int32]
     rms_px: float
-    agreement: float
-    overlap: float
+    agreement: float = 0.0
+    overlap: float = 0.0
     reason: str = ""
     detail: Any = field(default=None, repr=False)
 
 
 def nothing_found(reason: str, similarity: float = 0.0) -> Comparison:
     """Return the comparison of prints of which nothing is paired."""
-    return Comparison(similarity, None, _NO_PAIRS, 0.0, 0.0, 0.0, reason)
+    return Comparison(similarity, None, _NO_PAIRS, 0.0, reason=reason)
 
 
 class Matcher(ABC):

@@ -119,18 +119,19 @@ def as_rows(
     sides = f"{len(v.probe.minutiae)} of the probe and {len(v.reference.minutiae)} of the reference"
     rows.append(("Minutiae", f"{pairs} among {sides}"))
     if v.transform is not None:
-        paired = f"{v.agreement:.0%} of the minutiae where the prints overlap are paired"
+        common, ridges = [], []
         overlap = f"{v.overlap:.0%} of the smaller print"
-        ridges = []
         if (c := v.compared) is not None:
             overlap += f", {c.area_mm2:.0f} mm²"
             words = "not compared"
             if c.ridge_agreement is not None:
                 words = f"agreement {c.ridge_agreement:.2f} on {c.ridge_area_mm2:.0f} mm²"
             ridges = [("Ridges", words)]
+        if v.overlap:
+            paired = f"{v.agreement:.0%} of the minutiae where the prints overlap are paired"
+            common = [("Agreement", paired), ("Overlap", overlap)]
         rows += [
-            ("Agreement", paired),
-            ("Overlap", overlap),
+            *common,
             *ridges,
             ("Transform", transform_in_words(v.transform)),
             ("Residual", f"{v.rms_px:.1f} px rms"),

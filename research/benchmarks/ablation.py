@@ -162,7 +162,7 @@ def _compared(
     if compared.detail is None:
         rejected = math.log(math.expm1(compared.similarity)) if compared.similarity else LEAST
         return *nothing, rejected
-    e, weights = compared.detail.evidence, load_weights()
+    e, weights = compared.detail, load_weights()
     scorer = pipeline_for(probe, len(probe)).scorer
     unusual = e.ridges - MATCHER.parameters.usual_correlation
     return (

@@ -19,8 +19,8 @@ def lines(verification, role):
 def test_what_is_unknown_is_a_dash_or_left_out(compared):
     shown = facts_of(compared(compared=Compared(44, 93.4, 0.562, 86.2)))
     assert (shown["Overlap"], shown["Ridge agreement"]) == ("90 %, 93 mm²", "0.56")
-    unsure = facts_of(compared(rms_px=math.nan, agreement=math.nan))
-    assert (unsure["Residual"], unsure["Agreement"], unsure["Overlap"]) == ("-", "-", "90 %")
+    unsure = facts_of(compared(rms_px=math.nan, overlap=0.0))
+    assert (unsure["Residual"], unsure["Agreement"], unsure["Overlap"]) == ("-", "-", "-")
     assert "Ridge agreement" not in unsure
     assert not {"Overlap", "Scale"} & facts_of(compared(transform=None)).keys()
 

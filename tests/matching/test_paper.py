@@ -59,9 +59,8 @@ def test_two_impressions_match_in_the_pixels_of_both_inputs():
     q = move.apply(p + rng.normal(0, 1.5, p.shape))
     q = q[(q[:, 0] < 380) | (q[:, 1] < 200)]
     genuine = compare(template_of(p), template_of(q))
-    assert min(genuine.similarity, genuine.agreement) > 0.9
+    assert genuine.similarity > 0.9
     assert genuine.rms_px < 3
-    assert 0.7 < genuine.overlap <= 1
     assert genuine.transform.apply(p) == pytest.approx(move.apply(p), abs=4)
     fine = compare(template_of(p * 0.5, dpi=250), template_of(q * 2, dpi=1000))
     assert fine.rms_px == pytest.approx(2 * genuine.rms_px, rel=1e-3)
@@ -70,7 +69,6 @@ def test_two_impressions_match_in_the_pixels_of_both_inputs():
     for seed in range(10, 20):
         impostor = compare(template_of(p), template_of(positions(seed)))
         assert impostor.similarity < 0.7 * genuine.similarity
-        assert impostor.agreement < genuine.agreement
 
 
 NOTHING = [
@@ -103,8 +101,7 @@ def test_whatever_the_places_there_is_an_answer_and_it_is_symmetric(p, q, dpi, r
     assert (forth.match, forth.score, forth.similarity) == (back.match, back.score, back.similarity)
     assert forth.match == (forth.transform is not None and forth.matched_share > rho)
     assert forth.match or forth.reason
-    assert min(forth.similarity, forth.agreement, forth.overlap) >= 0
-    assert max(forth.similarity, forth.agreement, forth.overlap) <= 1
+    assert 0 <= forth.similarity <= 1
     assert {*map(tuple, forth.pairs.tolist())} == {(j, i) for i, j in back.pairs.tolist()}
     if forth.transform:
         again = back.transform.inverse()

@@ -11,8 +11,7 @@ from matching_prints import COMPILED
 from fpmatch.base.parameters import parameters_of
 from fpmatch.errors import MatcherError
 from fpmatch.image.extract import extract
-from fpmatch.matching.matchers.reference import ReferenceMatcher
-from fpmatch.matching.matchers.unit_circle import MATCHER, UnitCircleMatcher
+from fpmatch.matching.matchers.unit_circle import MATCHER, ReferenceMatcher, UnitCircleMatcher
 from fpmatch.matching.registry import get_matcher
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"

@@ -2,8 +2,7 @@
 
 import pytest
 
-from fpmatch.gallery.encryption.key_text import make_keys
-from fpmatch.gallery.encryption.keys import load_keys
+from fpmatch.gallery.encryption.keys import load_keys, make_keys
 from fpmatch.gallery.gallery import open_gallery
 
 from .conftest import serving

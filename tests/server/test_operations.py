@@ -8,7 +8,7 @@ import re
 import pytest
 
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.store.audit import check_audit, events_of, turn_on
+from fpmatch.gallery.store.audit import check_audit, events_of, switch
 from fpmatch.server.settings import Client, Role, digest_of
 from fpmatch.server.watch import set_up_logging
 
@@ -23,7 +23,7 @@ def gallery_place(tmp_path_factory):
     """Return a gallery that keeps an audit."""
     place = tmp_path_factory.mktemp("gallery") / "prints.db"
     with open_gallery(place, create=True) as gallery:
-        turn_on(gallery)
+        switch(gallery, on=True)
     return place
 
 

@@ -252,8 +252,7 @@ def facts(verification: Verification) -> list[list[tuple[str, str]]]:
     moved: list[tuple[str, str]] = []
     if transform is not None:
         agreement, overlap = (
-            f"{100 * share:.0f} %" if math.isfinite(share) else "-"
-            for share in (v.agreement, v.overlap)
+            f"{100 * share:.0f} %" if v.overlap else "-" for share in (v.agreement, v.overlap)
         )
         area = "" if compared is None else f", {compared.area_mm2:.0f} mm²"
         evidence += [("Agreement", agreement), ("Overlap", overlap + area)]

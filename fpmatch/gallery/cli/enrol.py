@@ -135,10 +135,9 @@ def enrol(
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.gallery.listing.kinds import kind_of
     from fpmatch.gallery.listing.prints import extract_print, find_prints, folder_reader
-    from fpmatch.gallery.store.audit import turn_on
+    from fpmatch.gallery.store.audit import switch
     from fpmatch.gallery.tasks import enrol as work
     from fpmatch.gallery.tasks.screening import Enrolment
-    from fpmatch.gallery.tasks.transfer import enrol_gallery
     from fpmatch.prints.reading import PrintReader
 
     if encrypt:
@@ -166,10 +165,10 @@ def enrol(
         reader = folder_reader(prints, engine=engine, earlier=earlier, **how)
         bars = stack.enter_context(ProgressBars({"enrol": "enrolling"}))
         if audit:
-            turn_on(opened)
+            switch(opened, on=True)
         done = Enrolment(opened, strict=strict)
         for source in sources:
-            enrol_gallery(opened, source, progress=bars.show, into=done)
+            work.enrol_gallery(opened, source, progress=bars.show, into=done)
         if others:
             work.enrol(
                 opened,
@@ -183,7 +182,7 @@ def enrol(
         impressions, subjects = len(opened), opened.subjects()
         name, private = opened.name, opened.private
     seconds = time.perf_counter() - start
-    if not private:
+    if private is False:
         say_note(f"{name}: other users may read it; `chmod 600` makes it private")
     say_notes(done.noted)
     failed = [f"{one.source}: {one.reason}" for one in done.failures]

@@ -18,7 +18,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.fingers.finger import fused_scores
 from fpmatch.gallery.fingers.fused_fingers import assign_fingers
-from fpmatch.gallery.index.prints.compare import packs
+from fpmatch.gallery.index.compare import packs
 from fpmatch.gallery.search.identification import (
     ComparedFinger,
     FusedIdentification,

@@ -16,8 +16,7 @@ from fpmatch._version import __version__
 from fpmatch.base.folders import make_folder
 from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.batch.run import COMPARE
-from fpmatch.gallery.batch.score import score
+from fpmatch.gallery.batch.score import COMPARE, score
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.lab.evaluation.databases.dataset import Dataset, load_dataset

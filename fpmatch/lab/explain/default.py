@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.explain.steps import Sides
-    from fpmatch.matching.pipeline.evidence import Alignment
+    from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.prints.pair import ComparedPair
@@ -45,7 +45,7 @@ class DefaultMethod:
     prints: tuple[PreparedTemplate, PreparedTemplate]  # A, B
     swapped: bool  # whether A is Q
     candidates: Candidates
-    matched: tuple[Pairing, Alignment] | None
+    matched: tuple[Pairing, Evidence] | None
     parameters: MatchParameters
 
     @classmethod
@@ -157,7 +157,7 @@ def explain_prints(
         made += [_neighbours(m, chosen), _local(m), _relaxation(m)]
     if m.matched is None:
         return [*made, Step("nothing_paired")]
-    pairing, alignment = m.matched
+    pairing, evidence = m.matched
     made += [_mesh(m, pairing), *_ring(m, pairing, chosen)]
     numbers = {
         "first": m.ordered[0].letter,
@@ -169,7 +169,7 @@ def explain_prints(
     made.append(Step("predictions", picture, numbers))
     if pair is not None and pair.verification.ridge_map is not None:
         made.append(Step("ridges", _overlay(pair, "ridges")))
-    made.append(_evidence(m, alignment, pair))
+    made.append(_evidence(m, evidence, pair))
     if pair is not None and pair.verification.transform is not None:
         return [*made, transform_step(pair)]
     (linear, shift), z = pairing.move, m.sides[0].z
@@ -254,7 +254,7 @@ def _local(m: DefaultMethod) -> Step:
     numbers = {
         "least": float(similar.min()),
         "most": float(similar.max()),
-        "rejected": method.rejected(*m.prints, m.parameters) is not None,
+        "rejected": bool(method.rejected(*m.prints, m.parameters)),
     }
     return Step("local_matches", draw.links(m.sides, m.as_pq(c.first, c.second), styles), numbers)
 
@@ -336,9 +336,9 @@ def _ring(m: DefaultMethod, pairing: Pairing, chosen: int | None) -> list[Step]:
     ]
 
 
-def _evidence(m: DefaultMethod, alignment: Alignment, pair: ComparedPair | None) -> Step:
+def _evidence(m: DefaultMethod, evidence: Evidence, pair: ComparedPair | None) -> Step:
     """Show what the score is made of: the sum, its weights and its bounds, then the report."""
-    e, p = alignment.evidence._asdict(), m.parameters
+    e, p = evidence._asdict(), m.parameters
     model = load_weights().model_of(*m.prints)
     features = features_of(model, e, p)
     middle, spread, weight, _ = model.standard
@@ -355,7 +355,7 @@ def _evidence(m: DefaultMethod, alignment: Alignment, pair: ComparedPair | None)
         "impostors": [float(low), float(high)],
         "by_sum": fixed.LOG_10 * float(decades),
         "bound": fixed.LOG_10 * bound if math.isfinite(bound) else None,
-        "rejected": method.rejected(*m.prints, p),
+        "rejected": method.rejected(*m.prints, p) or None,
         "reported": v
         and {
             "minus_log_fmr": -math.log(v.fmr),

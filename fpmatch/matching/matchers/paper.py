@@ -16,7 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-import cv2
 import numpy as np
 
 from fpmatch.base.parameters import check_ranges, parameter
@@ -27,12 +26,7 @@ from fpmatch.pointset.paper.one_rings import PreparedPoints, prepare_points
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from fpmatch.pointset.geometry.point_match import PointMatch
     from fpmatch.templates.minutiae import Template
-
-    Floats = NDArray[np.float64]
 
 MIN_POINTS: Final = 4  # the fewest among which one can have a closed one-ring
 
@@ -98,7 +92,6 @@ class PaperMatcher(Matcher):
         match = match_prepared(p, q, self.parameters)
         if not isinstance(match.transform, Similarity):
             return nothing_found(_why_nothing(match.local_matches, p, q))
-        agreement, overlap = _common_region(match, p.points, q.points)
         to_reference = Similarity(scale=reference.dpi / STANDARD_DPI)
         to_500dpi = Similarity(scale=STANDARD_DPI / probe.dpi)
         return Comparison(
@@ -106,8 +99,6 @@ class PaperMatcher(Matcher):
             transform=to_reference.after(match.transform).after(to_500dpi),
             pairs=match.pairs,
             rms_px=match.rms * reference.dpi / STANDARD_DPI,
-            agreement=agreement,
-            overlap=overlap,
         )
 
 
@@ -124,26 +115,3 @@ def _why_nothing(similar: int, probe: PreparedPoints, reference: PreparedPoints)
     if not similar:
         return "no one-ring of the probe is like one of the reference"
     return "no transform aligns minutiae of the probe with minutiae of the reference"
-
-
-def _common_region(match: PointMatch, probe: Floats, reference: Floats) -> tuple[float, float]:
-    """Return the share of minutiae in the common region that are paired, and that region's share.
-
-    The region is where the convex hulls of the minutiae, the probe's moved by the transform,
-    overlap; its share is of the smaller hull. A paired minutia counts as lying in it.
-    """
-    assert match.transform is not None
-    moved = match.transform.apply(probe)
-    hull_p, hull_q = (cv2.convexHull(side.astype(np.float32)) for side in (moved, reference))
-    shared_area, region = cv2.intersectConvexConvex(hull_p, hull_q)
-    smaller = min(cv2.contourArea(hull_p), cv2.contourArea(hull_q))
-    overlap = min(shared_area / smaller, 1.0) if smaller > 0 else 0.0
-    common = 0
-    for side, points in enumerate((moved, reference)):
-        inside = np.zeros(len(points), bool)
-        if shared_area > 0:
-            polygon = np.asarray(region, np.float32)
-            inside[:] = [cv2.pointPolygonTest(polygon, xy, False) >= 0 for xy in points.tolist()]
-        inside[match.pairs[:, side]] = True
-        common += int(inside.sum())
-    return (2 * len(match.pairs) / common if common else 0.0), float(overlap)

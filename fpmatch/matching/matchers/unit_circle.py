@@ -9,26 +9,22 @@ unit circle (eq. 3), and fits a transform (eq. 1). docs/explanation/how_it_works
 from __future__ import annotations
 
 import threading
-from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from fpmatch.matching import reference as method
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline.evidence import (
-    Alignment,
-    Evidence,
-    amount_terms,
-    as_similarity,
-    main_reason,
-)
-from fpmatch.matching.prints.prepared import lies_off_ridges
+from fpmatch.matching.pipeline.evidence import Evidence, amount_terms, as_similarity, main_reason
+from fpmatch.matching.prints.prepared import encode, lies_off_ridges
+from fpmatch.matching.reference.alignment import Pairing
+from fpmatch.matching.reference.prefilter import descriptor_similarity
+from fpmatch.matching.reference.ridges import ridge_map
 from fpmatch.matching.result import Compared, Comparison, Matcher, nothing_found
-from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -44,12 +40,7 @@ if COMPILED:
     from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
     from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-    from fpmatch.matching.prints.prepare import (
-        encode,
-        prefilter_of,
-        prepare,
-        score_descriptors,
-    )
+    from fpmatch.matching.prints.prepare import prefilter_of, prepare, score_descriptors
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
@@ -81,8 +72,6 @@ class UnitCircleMatcher(Matcher):
     def prepare(self, template: Template) -> PreparedTemplate:
         """Triangulate the minutiae of a template and describe their neighbourhoods."""
         if self.by_reference:
-            from fpmatch.matching import reference as method  # noqa: PLC0415  (else not needed)
-
             return method.prepare(template, self.parameters)
         return prepare(template, self.parameters)
 
@@ -95,53 +84,29 @@ class UnitCircleMatcher(Matcher):
         but the direction of the transform. The prefilter rejects none if `in_any_case`.
         """
         a, b, swapped = _in_order(probe, reference)
-        same = a.key == b.key
-        if min(len(probe), len(reference)) < MIN_MINUTIAE:
+        if min(len(a), len(b)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
+        same, rejected, matched = a.key == b.key, 0.0, None
+        in_any_case = in_any_case or same
         if self.by_reference:
-            return self._compare_by_reference(probe, reference, in_any_case=in_any_case)
-        pipeline = pipeline_for(probe, max(len(probe), len(reference)), self.parameters)
-        view = view_of(reference)
-        if not (same or in_any_case) and (estimate := pipeline.rejected(view, swapped)) < 0.0:
-            return nothing_found(UNLIKE, as_similarity(estimate))
-        index_neighbours(pipeline, probe)
-        estimate = pipeline.match(view, swapped)
-        result = None
-        if pipeline.best >= 0:
-            zooms = a.to_500dpi, b.to_500dpi
-            pairs, fitted, (c, s, x, y), entries = pipeline.result(
-                a.index, b.index, *zooms, swapped
-            )
-            evidence = Evidence._make([*entries, pipeline.scorer.total, estimate])
-            alignment = Alignment(complex(c, s), complex(x, y), evidence)
-            result = _result(Similarity(*fitted[:4]), pairs, fitted[4], alignment)
-        if same and not (result and _is_identity(probe, result)):
-            # of two equal prints neither comes first: only the identity is its own inverse
-            return self._compare_by_reference(probe, reference, in_any_case=True)
-        return result or nothing_found(too_few(probe, reference) or UNPAIRED)
-
-    def _compare_by_reference(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, *, in_any_case: bool
-    ) -> Comparison:
-        """Compare two prints by the steps of the reference."""
-        from fpmatch.matching import reference as method  # noqa: PLC0415  (else not needed)
-
-        a, b, swapped = _in_order(probe, reference)
-        if not in_any_case and a.key != b.key:
-            rejected = method.rejected(a, b, self.parameters)
-            if rejected is not None:
-                return nothing_found(UNLIKE, as_similarity(rejected))
-        matched = method.match(a, b, self.parameters)
+            if not in_any_case:
+                rejected = method.rejected(a, b, self.parameters)
+        else:
+            pipeline = pipeline_for(probe, max(len(a), len(b)), self.parameters)
+            view = view_of(reference)
+            if not in_any_case:
+                rejected = pipeline.rejected(view, swapped)
+            if not rejected < 0.0:
+                index_neighbours(pipeline, probe)
+                matched = _matched_by(pipeline, pipeline.match(view, swapped), a, b)
+        if rejected < 0.0:
+            return nothing_found(UNLIKE, as_similarity(rejected))
+        # of two equal prints neither comes first: only the identity is its own inverse
+        if self.by_reference or (same and not (matched and _is_identity(matched[0]))):
+            matched = method.match(a, b, self.parameters)
         if matched is None:
             return nothing_found(too_few(probe, reference) or UNPAIRED)
-        pairing, alignment = matched
-        transform, rms = method.transform_of(a, b, pairing)
-        i = np.flatnonzero(pairing.partner >= 0)
-        pairs = np.stack([a.index[i], b.index[pairing.partner[i]]], axis=1)
-        if swapped:
-            transform, rms = transform.inverse(), rms / transform.scale
-            pairs = pairs[np.argsort(pairs[:, 1], kind="stable"), ::-1]
-        return _result(transform, pairs, rms, alignment)
+        return AlignedComparison(a, b, swapped, *matched)
 
     def explain(
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
@@ -156,15 +121,16 @@ class UnitCircleMatcher(Matcher):
         whole = self.compare(probe, reference, in_any_case=True)
         if whole.detail is None:
             return comparison
-        return replace(whole, similarity=comparison.similarity)
+        whole.similarity = comparison.similarity
+        return whole
 
     def compared(
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
     ) -> Compared | None:
         """Return how much of two prints was compared; None where nothing was aligned."""
-        if comparison.detail is None:
+        evidence: Evidence | None = comparison.detail
+        if evidence is None:
             return None
-        evidence: Evidence = comparison.detail.evidence
         first, *_ = _in_order(probe, reference)
         return Compared(
             minutiae=int(evidence.common),
@@ -177,19 +143,10 @@ class UnitCircleMatcher(Matcher):
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
     ) -> RidgeMap | None:
         """Return where the ridges agree; None where they were not compared."""
-        if comparison.detail is None or not comparison.detail.evidence.cells:
+        if not isinstance(comparison, AlignedComparison) or not comparison.detail.cells:
             return None
-        from fpmatch.matching.reference.alignment import Pairing  # noqa: PLC0415  (else not needed)
-        from fpmatch.matching.reference.ridges import ridge_map  # noqa: PLC0415
-
         a, b, swapped = _in_order(probe, reference)
-        pairs = comparison.pairs
-        of_a, of_b = pairs[:, ::-1].T if swapped else pairs.T
-        partner = np.full(len(a), -1)
-        partner[np.searchsorted(a.index, of_a)] = np.searchsorted(b.index, of_b)
-        weight, move = (partner >= 0).astype(np.float64), comparison.detail[:2]
-        pairing = Pairing(a.points, b.points, partner, weight, move, self.parameters)
-        return ridge_map(a, b, pairing, swapped=swapped)
+        return ridge_map(a, b, comparison.pairing, swapped=swapped)
 
     def amount(self, prepared: PreparedTemplate, factor: float = 1.0) -> NDArray[np.float64]:
         """Return the amount of evidence in a print with `factor` times as much skin, shape (5,).
@@ -224,19 +181,25 @@ class UnitCircleMatcher(Matcher):
         The probe's lengths are multiplied by each.
         """
         p, ours = self.parameters, reference.bit_descriptors
+        known = probe.points, probe.quality, probe.neighbourhoods, probe.region, p
+        theirs = encode(*known, ratios)
         if self.by_reference:
-            from fpmatch.matching.reference import prefilter as method  # noqa: PLC0415  (else not needed)
-
-            rescaled = (method.rescaled(probe, ratio, p) for ratio in ratios)
-            scores = [method.descriptor_similarity(ours, bits, p) for bits in rescaled]
+            scores = [descriptor_similarity(ours, bits, p) for bits in theirs]
         else:
-            known = probe.points, probe.quality, probe.neighbourhoods, probe.region, p
             tables = prefilter_of(ours, p)
-            scores = [score_descriptors(tables, encode(*known, ratio)) for ratio in ratios]
+            scores = [score_descriptors(tables, bits) for bits in theirs]
         return [k for k, value in zip(ratios, scores, strict=True) if value >= MIN_AT_SCALE]
 
 
+class ReferenceMatcher(UnitCircleMatcher):
+    """The default matcher as it is where no kernels are compiled: to change, and to measure."""
+
+    name = "reference"
+    by_reference = True
+
+
 MATCHER: Final = UnitCircleMatcher()
+REFERENCE: Final = ReferenceMatcher()
 
 
 def _in_order(
@@ -247,26 +210,57 @@ def _in_order(
     return (reference, probe, True) if swapped else (probe, reference, False)
 
 
-def _is_identity(side: PreparedTemplate, comparison: Comparison) -> bool:
+def _is_identity(pairing: Pairing) -> bool:
     """Return whether each minutia is paired with the same one, by the transform that moves none."""
-    own = np.column_stack([side.index, side.index])
-    return np.array_equal(comparison.pairs, own) and comparison.detail[:2] == (1.0, 0.0)
+    every = np.arange(len(pairing.partner))
+    return pairing.move == (1 + 0j, 0j) and np.array_equal(pairing.partner, every)
 
 
-def _result(
-    transform: Similarity, pairs: NDArray[np.int32], rms_px: float, alignment: Alignment
-) -> Comparison:
-    evidence = alignment.evidence
-    return Comparison(
-        evidence.similarity,
-        transform,
-        pairs,
-        rms_px,
-        evidence.agreement,
-        evidence.overlap,
-        main_reason(evidence),
-        detail=alignment,
-    )
+def _matched_by(
+    pipeline: Pipeline, estimate: float, a: PreparedTemplate, b: PreparedTemplate
+) -> tuple[Pairing, Evidence] | None:
+    """Return what a pipeline matched last, and its evidence; None where nothing is paired."""
+    if pipeline.best < 0:
+        return None
+    partner, weight, (c, s, x, y), entries = (of[pipeline.best].copy() for of in pipeline.kept)
+    move = complex(c, s), complex(x, y)
+    size, p = len(a), pipeline.parameters
+    pairing = Pairing(a.points, b.points, partner[:size], weight[:size], move, p)
+    return pairing, Evidence._make([*entries.tolist(), pipeline.scorer.total, estimate])
+
+
+class AlignedComparison(Comparison):
+    """The comparison of prints that are aligned: A and B, in the order of their content.
+
+    All but the similarity is made when it is read: of many comparisons only the best are shown.
+    """
+
+    def __init__(
+        self,
+        a: PreparedTemplate,
+        b: PreparedTemplate,
+        swapped: bool,
+        pairing: Pairing,
+        evidence: Evidence,
+    ) -> None:
+        self.similarity, self.detail = evidence.similarity, evidence
+        self.pairing, self._order = pairing, (a, b, swapped)
+
+    def __getattr__(self, name: str) -> Any:
+        """Make what is not made yet; Python calls this where an attribute is missing."""
+        if name not in Comparison.__slots__:
+            raise AttributeError(name)
+        a, b, swapped = self._order
+        transform, rms = method.transform_of(a, b, self.pairing)
+        i = np.flatnonzero(self.pairing.partner >= 0)
+        pairs = np.stack([a.index[i], b.index[self.pairing.partner[i]]], axis=1)
+        if swapped:
+            transform, rms = transform.inverse(), rms / transform.scale
+            pairs = pairs[np.argsort(pairs[:, 1], kind="stable"), ::-1]
+        self.transform, self.rms_px, self.pairs = transform, rms, pairs
+        self.agreement, self.overlap = self.detail.agreement, self.detail.overlap
+        self.reason = main_reason(self.detail)
+        return getattr(self, name)
 
 
 def too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:

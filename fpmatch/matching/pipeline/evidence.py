@@ -18,8 +18,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.base.parsing import parse_json
-from fpmatch.errors import MatcherError
 from fpmatch.matching.constants.comparison import (
     ENOUGH_AREA,
     ENOUGH_MINUTIAE,
@@ -66,15 +64,6 @@ AMOUNTS: Final = (
 
 RATES: Final = (0.01, 0.001)  # shares of the impostor comparisons whose least sums a model has
 
-SHAPES: Final = {
-    "standard": (len(STANDARD), len(FEATURES)),
-    "quantiles": (len(RATES), len(AMOUNTS)),
-    "genuine_median": (len(AMOUNTS),),
-}
-"""The arrays of a model, and their shapes."""
-
-NUMBERS: Final = ("bias", "relaxation_threshold", "refine_threshold", "confident_threshold")
-
 MODELS: Final = ("with ridges", "minutiae alone", "small with ridges")
 """The models, in the order in which the kernel has them."""
 
@@ -94,7 +83,7 @@ class ScoreModel:
 
     standard: NDArray[np.float64]  # (4, 11): a row for each of `STANDARD`
     bias: float  # added to the sum
-    prefilter: tuple[float, ...]  # base, growth, limit
+    prefilter: tuple[float, ...] | NDArray[np.float64]  # base, growth, limit
     relaxation_threshold: float  # of the local matches' strength: above, more hypotheses are tried
     refine_threshold: float  # of the sum: above, prints are refined, and their ridges compared
     confident_threshold: float  # of the sum: above, a hypothesis is refined alone
@@ -185,24 +174,13 @@ class ScoreWeights:
 
     @classmethod
     def from_json(cls, text: str) -> ScoreWeights:
-        """Read what `as_json` wrote; of another text or other features, raise MatcherError."""
-        try:
-            document = parse_json(text)
-            features, models = tuple(document["features"]), []
-            for name in MODELS:
-                values = document["models"][name]
-                standard, *reached = (np.array(values[key], np.float64) for key in SHAPES)
-                bias, weak, refine, confident = (float(values[key]) for key in NUMBERS)
-                prefilter = tuple(map(float, values["prefilter"]))
-                sums = weak, refine, confident
-                models.append(ScoreModel(standard, bias, prefilter, *sums, *reached))
-            provenance = document["provenance"]
-        except (LookupError, TypeError, ValueError) as error:
-            raise MatcherError("weights of the score: not such a file") from error
-        shapes = [{key: getattr(one, key).shape for key in SHAPES} for one in models]
-        if features != FEATURES or shapes != [SHAPES] * len(MODELS):
-            raise MatcherError("weights of the score: of other features than this version has")
-        return cls(tuple(models), provenance)
+        """Read what `as_json` wrote."""
+        document, models = json.loads(text), []
+        for name in MODELS:
+            entries: dict[str, Any] = document["models"][name]
+            arrays = {key: np.array(entry) for key, entry in entries.items() if np.ndim(entry)}
+            models.append(ScoreModel(**entries | arrays))
+        return cls(tuple(models), document["provenance"])
 
 
 class Evidence(NamedTuple):
@@ -237,14 +215,6 @@ class Evidence(NamedTuple):
     def similarity(self) -> float:
         """``log(1 + e^x)`` of `minus_log_fmr`: where that is more than a few, as good as that."""
         return as_similarity(self.minus_log_fmr)
-
-
-class Alignment(NamedTuple):
-    """The best alignment of two prints, A and B, which are in the order of their content."""
-
-    linear: complex  # q = shift + linear·p maps A onto B, at 500 dpi with y pointing up
-    shift: complex
-    evidence: Evidence
 
 
 SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small

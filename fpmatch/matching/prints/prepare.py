@@ -6,7 +6,7 @@ weight (eq. 4) and its position and direction in the frame of the minutia's own 
 of the second ring make up the number.
 
 Bit descriptors are a fast, coarse comparison of two prints, the prefilter. Two minutiae are
-compared by counting the words of `_encode_kernel` that they share; two prints by the pairs of
+compared by counting the words that they share; two prints by the pairs of
 minutiae that share enough and agree in one rotation and shift. That takes a few hundredths of the
 time of a whole comparison, and rejects most impostor pairs.
 """
@@ -17,78 +17,33 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.constants.prints import (
-    FLOW_PLACES,
-    MAX_ENCODED,
-    NEIGHBOUR_WORDS,
-    ORIENTATION_WORDS,
-    TURNS,
-    UNKNOWN_BIN,
-)
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.prints._kernels._encode_kernel import encode_neighbours, encode_orientations
 from fpmatch.matching.prints._kernels._neighbourhood_kernel import NeighbourhoodWriter
 from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
-from fpmatch.matching.prints.prepared import BitDescriptors, Neighbourhoods, prepare_by
+from fpmatch.matching.prints.prepared import Neighbourhoods, prepare_by
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepared import PreparedTemplate, PrintArea
+    from fpmatch.matching.prints.prepared import BitDescriptors, PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their neighbourhoods."""
-    return prepare_by(describe, template, parameters)
+    return prepare_by(neighbourhoods, template, parameters)
 
 
-def describe(
-    points: NDArray[np.float64],
-    quality: NDArray[np.float64],
-    region: PrintArea,
-    parameters: MatchParameters,
-) -> tuple[Neighbourhoods, BitDescriptors]:
-    """Describe the minutiae (4, N) of a print of an area by their neighbourhoods and by bits."""
-    p, n = parameters, len(quality)
-    count = np.empty(n, np.int32)
-    neighbour = np.zeros((n, p.neighbours), np.int32)
-    frame = np.zeros((n, 6, p.neighbours), np.float32)
+def neighbourhoods(points: NDArray[np.float64], parameters: MatchParameters) -> Neighbourhoods:
+    """Describe the nearest neighbours, in the first two rings, of minutiae (4, N)."""
+    size, n = parameters.neighbours, points.shape[1]
+    count, neighbour = np.empty(n, np.int32), np.zeros((n, size), np.int32)
+    frame = np.zeros((n, 6, size), np.float32)
     mesh = triangulate_checked(points[:2].T.copy())
-    writer = NeighbourhoodWriter(points, p, count, neighbour, frame)
+    writer = NeighbourhoodWriter(points, parameters, count, neighbour, frame)
     writer.write(mesh.edges, mesh.ring_start, mesh.ring, mesh.interior.view(np.uint8))
-    neighbours = Neighbourhoods(count, neighbour, frame)
-    return neighbours, encode(points, quality, neighbours, region, parameters)
-
-
-def encode(
-    points: NDArray[np.float64],
-    quality: NDArray[np.float64],
-    neighbours: Neighbourhoods,
-    region: PrintArea,
-    parameters: MatchParameters,
-    ratio: float = 1.0,
-) -> BitDescriptors:
-    """Encode the minutiae (4, N) of a print, or those of best quality where there are many.
-
-    The descriptors are those of the print with all its lengths multiplied by `ratio`.
-    """
-    r, n, count, frame = region, len(quality), neighbours.count, neighbours.frame
-    coded = np.ones(n, np.uint8)
-    if n > MAX_ENCODED:
-        coded[np.argsort(-quality, kind="stable")[MAX_ENCODED:]] = 0
-    angle = np.arctan2(frame[:, 3], frame[:, 2])
-    neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
-    encode_neighbours(count, frame, angle, coded, ratio / parameters.cell_px, neighbour_bits)
-    turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
-    direction_bin = turn.astype(np.uint8)  # 256 steps are a turn
-    orientation_bins = np.full((n, ORIENTATION_WORDS), UNKNOWN_BIN, np.uint8)
-    if r.has_flow:
-        place = r.code, r.first_row, r.first_column, r.step
-        encode_orientations(points, direction_bin, *place, FLOW_PLACES / ratio, orientation_bins)
-    xy = np.ascontiguousarray(ratio * points[:2].T, np.float32)
-    return BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, r.has_flow)
+    return Neighbourhoods(count, neighbour, frame)
 
 
 def prefilter_of(descriptors: BitDescriptors, parameters: MatchParameters = USUAL) -> Prefilter:

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.matching.constants.prints import ORIENTATIONS
+from fpmatch.matching.constants import prints as fixed
 from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.templates.plausibility import ENOUGH_ON_RIDGES, are_uneven, lie_off_ridges
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -60,8 +60,8 @@ def orientation_codes(
 ) -> NDArray[np.uint8]:
     """Return the codes of orientations in radians: 1 to `ORIENTATIONS`, and 0 outside the mask."""
     code = np.zeros(mask.shape, np.uint8)
-    step = np.rint(orientation[mask].astype(np.float64) * (ORIENTATIONS / np.pi))
-    code[mask] = step.astype(np.int64) % ORIENTATIONS + 1
+    step = np.rint(orientation[mask].astype(np.float64) * (fixed.ORIENTATIONS / np.pi))
+    code[mask] = step.astype(np.int64) % fixed.ORIENTATIONS + 1
     return code
 
 
@@ -124,7 +124,12 @@ class Neighbourhoods:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BitDescriptors:
-    """The bit descriptors of a print of N minutiae; `_encode_kernel` describes the words."""
+    """The bit descriptors of a print of N minutiae.
+
+    Each minutia has a word for each of its neighbours: the cell of position and direction, in the
+    minutia's own frame, in which the neighbour lies in each of two grids; see `constants.prints`.
+    Twelve more words are the bins of the ridge orientation at places around it.
+    """
 
     xy: NDArray[np.float32]  # (N, 2): px at 500 dpi, y pointing up
     direction_bin: NDArray[np.uint8]  # (N,), in 256ths of a turn
@@ -154,15 +159,94 @@ class PreparedTemplate:
         return len(self.index)
 
 
+def encode(
+    points: NDArray[np.float64],
+    quality: NDArray[np.float64],
+    neighbours: Neighbourhoods,
+    region: PrintArea,
+    p: MatchParameters,
+    ratios: Sequence[float] = (1.0,),
+) -> list[BitDescriptors]:
+    """Encode the minutiae (4, N) of a print, or those of best quality where there are many.
+
+    For each of `ratios` the descriptors are those of the print with its lengths multiplied by it.
+    """
+    coded = np.zeros(len(quality), bool)
+    coded[np.argsort(-quality, kind="stable")[: fixed.MAX_ENCODED]] = True
+    turn = np.rint(np.arctan2(points[3], points[2]) * (fixed.TURNS / (2 * np.pi))).astype(np.int64)
+    direction_bin = (turn % fixed.TURNS).astype(np.uint8)
+    scale = np.array(ratios)[:, None, None]
+    bits = _neighbour_bits(neighbours, coded, scale / p.cell_px)
+    bins = _orientation_bins(points, direction_bin, region, scale)
+    xy = (scale * points[:2].T).astype(np.float32, order="C")
+    return [
+        BitDescriptors(at, direction_bin, words, around, region.has_flow)
+        for at, words, around in zip(xy, bits, bins, strict=True)
+    ]
+
+
+def _neighbour_bits(
+    neighbours: Neighbourhoods, coded: NDArray[np.bool_], per_px: NDArray[np.float64]
+) -> NDArray[np.uint16]:
+    """Return the words of the neighbours (R, N, 12), for cells of R sizes.
+
+    Of the neighbours of a minutia in one cell, the first counts.
+    """
+    frame = neighbours.frame[:, :4, : fixed.NEIGHBOUR_WORDS]
+    t = np.arctan2(frame[:, 3], frame[:, 2]).astype(np.float64) / (2 * np.pi) + fixed.APART
+    t = np.where(t < 0.0, t + 1.0, t) * fixed.SECTORS
+    sector = np.minimum(t, fixed.SECTORS - 1).astype(np.int64)
+    place = frame[:, :2].transpose(1, 0, 2)[:, None] * per_px + fixed.CELLS_ALONG // 2
+    at = place.astype(np.int64)
+    (u, v), (column, row) = place, at
+    on_column, on_row = place - at >= 0.5
+    on_sector = t - sector >= 0.5
+    rank, side = np.arange(frame.shape[2]), fixed.CELLS_ALONG
+    inside = coded[:, None] & (rank < neighbours.count[:, None])
+    inside = inside & (u >= 0.0) & (u < side) & (v >= 0.0) & (v < side)
+    further = inside & (column + on_column < side) & (row + on_row < side)
+    cell = (row * side + column) * fixed.SECTORS + sector
+    second = fixed.SECOND + cell + on_sector + fixed.SECTORS * (on_column + side * on_row)
+    word = cell | (4 * on_row + 2 * on_column + on_sector) << fixed.STEPS
+    for counts, cells, bit in (
+        (inside, cell, fixed.NOT_FIRST),
+        (further, second, fixed.NOT_SECOND),
+    ):
+        place = np.where(counts, cells, ~rank).astype(np.int16)
+        first = (place[..., None] == place[..., None, :]).argmax(axis=-1) == rank
+        word |= np.where(counts & first, 0, bit)
+    bits = np.full((*word.shape[:-1], fixed.NEIGHBOUR_WORDS), fixed.NOWHERE, np.uint16)
+    bits[..., : len(rank)] = np.where(inside, word, fixed.NOWHERE)
+    return bits
+
+
+def _orientation_bins(
+    points: NDArray[np.float64],
+    direction_bin: NDArray[np.uint8],
+    region: PrintArea,
+    scale: NDArray[np.float64],
+) -> NDArray[np.uint8]:
+    """Return the bins of the orientation around each minutia, in its own frame, (R, N, 12)."""
+    if not region.has_flow:
+        shape = len(scale), points.shape[1], fixed.ORIENTATION_WORDS
+        return np.full(shape, fixed.UNKNOWN_BIN, np.uint8)
+    z, d = points[::2] + 1j * points[1::2]
+    around = (fixed.FLOW_PLACES[0] + 1j * fixed.FLOW_PLACES[1]) / scale
+    code = codes_at(region, z[:, None] + d[:, None] * around)
+    relative = (code - 1.0) * fixed.ORIENTATION_BINS / fixed.ORIENTATIONS
+    relative -= direction_bin[:, None] * (2.0 * fixed.ORIENTATION_BINS / fixed.TURNS)
+    for _ in range(2):  # a turn of direction is two of orientation
+        relative += fixed.ORIENTATION_BINS * (relative < 0.0)
+    bins = np.minimum(relative.astype(np.int64), fixed.ORIENTATION_BINS - 1)
+    return np.where(code > 0, bins, fixed.UNKNOWN_BIN).astype(np.uint8)
+
+
 def prepare_by(
-    describe: Callable[
-        [NDArray[np.float64], NDArray[np.float64], PrintArea, MatchParameters],
-        tuple[Neighbourhoods, BitDescriptors],
-    ],
+    neighbourhoods: Callable[[NDArray[np.float64], MatchParameters], Neighbourhoods],
     template: Template,
     parameters: MatchParameters,
 ) -> PreparedTemplate:
-    """Prepare a template by a function that describes minutiae (4, N) of a quality in an area.
+    """Prepare a template by a function that describes the neighbourhoods of minutiae (4, N).
 
     Of too many minutiae those of best quality are kept, in the template's order.
     """
@@ -184,7 +268,8 @@ def prepare_by(
     else:
         region = area_of_hull(points, p.hull_step_px, p.max_hull_cells)
     quality = qualities(minutiae.quality, p.usual_quality)
-    described, bits = describe(points, quality, region, p)
+    described = neighbourhoods(points, p)
+    (bits,) = encode(points, quality, described, region, p)
     key = content_key(points, quality, region)
     return PreparedTemplate(points, quality, index, described, region, bits, to_500dpi, key)
 
@@ -195,7 +280,7 @@ def lies_off_ridges(side: PreparedTemplate) -> bool:
         return False
     x, y, dx, dy = side.points
     code = codes_at(side.region, x + 1j * y)
-    on, ridges = code > 0, (code - 1.0) * math.pi / ORIENTATIONS
+    on, ridges = code > 0, (code - 1.0) * math.pi / fixed.ORIENTATIONS
     return lie_off_ridges(on, (np.arctan2(dy, dx) - ridges)[on])
 
 

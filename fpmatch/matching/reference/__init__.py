@@ -19,8 +19,8 @@ exception.
 
 from __future__ import annotations
 
+import cmath
 import math
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -33,12 +33,12 @@ from fpmatch.matching.constants.comparison import (
     SHORTFALL,
 )
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.pipeline.evidence import Alignment, load_weights
+from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.prints.prepared import prepare_by
 from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
 from fpmatch.matching.reference.evidence import weigh
 from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
-from fpmatch.matching.reference.prefilter import descriptor_similarity, encode
+from fpmatch.matching.reference.prefilter import descriptor_similarity
 from fpmatch.matching.reference.relaxation import relax
 from fpmatch.matching.reference.ridges import search_by_ridges
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -49,46 +49,30 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.pipeline.evidence import Evidence
-    from fpmatch.matching.prints.prepared import (
-        BitDescriptors,
-        Neighbourhoods,
-        PreparedTemplate,
-        PrintArea,
-    )
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.templates.minutiae import Template
 
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their rings."""
-    return prepare_by(describe, template, parameters)
-
-
-def describe(
-    points: NDArray[np.float64],
-    quality: NDArray[np.float64],
-    region: PrintArea,
-    parameters: MatchParameters,
-) -> tuple[Neighbourhoods, BitDescriptors]:
-    """Describe the minutiae (4, N) of a print of an area by their rings and by bits."""
-    rings = neighbourhoods(points, parameters)
-    return rings, encode(points, quality, rings, region, parameters)
+    return prepare_by(neighbourhoods, template, parameters)
 
 
 def rejected(
     a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters = USUAL
-) -> float | None:
-    """Return the estimate of -ln(FMR) of two prints that the prefilter rejects; else None."""
+) -> float:
+    """Return the estimate of -ln(FMR) of two prints that the prefilter rejects; else 0."""
     base, growth, limit = load_weights().model_of(a, b).prefilter
     enough = min(base + growth * min(len(a), len(b)), limit)
     bits = a.bit_descriptors, b.bit_descriptors
     shortfall = enough - descriptor_similarity(*bits, parameters)
-    return REJECTED - SHORTFALL * shortfall if shortfall > 0.0 else None
+    return REJECTED - SHORTFALL * shortfall if shortfall > 0.0 else 0.0
 
 
 def match(
     a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters = USUAL
-) -> tuple[Pairing, Alignment] | None:
+) -> tuple[Pairing, Evidence] | None:
     """Align print A with print B, in the order of their content; None if nothing is paired."""
     p, model = parameters, load_weights().model_of(a, b)
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
@@ -98,8 +82,7 @@ def match(
     if a.key == b.key:  # only the identity is its own inverse
         every = np.arange(len(a))
         identity = Pairing(a.points, b.points, every, np.ones(len(a)), parameters=parameters)
-        pairing, evidence = weighed(identity, ridges_from=model.refine_threshold)
-        return pairing, Alignment(*pairing.move, evidence)
+        return weighed(identity, ridges_from=model.refine_threshold)
 
     tried = []
     for pairing in coarse_pairings(a.points, b.points, candidates, parameters):
@@ -122,10 +105,7 @@ def match(
         by_ridges = (grow(start(*one_pair(len(a), *pair)), p.rounds) for pair in pairs)
         found = [weighed(each) for each in by_ridges if each.pairs]
         best = _greatest([best, *found] if best else found)
-    if best is None:
-        return None
-    pairing, evidence = best
-    return pairing, Alignment(*pairing.move, evidence)
+    return best
 
 
 def coarse_pairings(
@@ -164,14 +144,21 @@ def transform_of(
     the rotation that of the pairing, to which the directions contribute.
     """
     i = np.flatnonzero(pairing.partner >= 0)
-    places = a.points[:2, i] / a.to_500dpi, b.points[:2, pairing.partner[i]] / b.to_500dpi
-    own, other = (place.T * (1.0, -1.0) for place in places)
-    weight = pairing.weight[i]
-    scale = a.to_500dpi / b.to_500dpi
-    fitted = Similarity.fit(own, other, weight)
-    stretch = fitted.scale / scale
-    if len(i) < MIN_PAIRS_FOR_SCALE or not 1.0 / MAX_STRETCH <= stretch <= MAX_STRETCH:
-        turned = Similarity(scale, -float(np.angle(pairing.move[0])))
-        shift = np.average(other - turned.apply(own), axis=0, weights=weight)
-        fitted = replace(turned, tx=float(shift[0]), ty=float(shift[1]))
-    return fitted, math.sqrt(np.mean(np.sum((fitted.apply(own) - other) ** 2, axis=1)))
+    weight = pairing.weight[i] / pairing.weight[i].sum()
+    own, other = (
+        of[:, paired].T @ [1.0, -1.0j] / side.to_500dpi  # y points down
+        for side, of, paired in ((a, a.points[:2], i), (b, b.points[:2], pairing.partner[i]))
+    )
+    middle_own, middle_other = weight @ own, weight @ other
+    span, scale = own - middle_own, a.to_500dpi / b.to_500dpi
+    linear = weight @ (span.conj() * (other - middle_other))
+    spread = weight @ (span.real * span.real + span.imag * span.imag)
+    stretched = abs(linear) / spread if spread > 0.0 else 0.0
+    if len(i) < MIN_PAIRS_FOR_SCALE or not 1 / MAX_STRETCH <= stretched / scale <= MAX_STRETCH:
+        stretched, linear = scale, pairing.move[0].conjugate()
+    turn = cmath.phase(linear)
+    linear = cmath.rect(stretched, turn)
+    shift = complex(middle_other - linear * middle_own)
+    off = shift + linear * own - other
+    fitted = Similarity(float(stretched), turn, shift.real, shift.imag)
+    return fitted, math.sqrt(np.mean(off.real * off.real + off.imag * off.imag))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.gallery.batch.pair_list import iterate_pairs
+from fpmatch.gallery.batch.plan import iterate_pairs
 from fpmatch.gallery.encryption.keys import Key, load_keys
 from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
 from fpmatch.image.dataset_folder import read_dataset_info

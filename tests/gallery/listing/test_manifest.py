@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError, ScoringError
-from fpmatch.gallery.batch.pair_list import iterate_pairs
+from fpmatch.gallery.batch.plan import iterate_pairs
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.manifest import is_manifest, read_manifest

@@ -11,7 +11,7 @@ import pytest
 
 from fpmatch.errors import DatasetError, FpmatchError, MatcherError
 from fpmatch.gallery.batch.sources import unpack
-from fpmatch.gallery.engine import executors
+from fpmatch.gallery.engine import engine
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import Reading
@@ -60,8 +60,8 @@ def test_agrees_with_comparing_pair_by_pair(run, bench, make_database, protocol)
 
 def test_results_do_not_depend_on_the_workers(run, make_database, monkeypatch):
     folders = [make_database("a", fingers=8, contents={"2_2": "broken"}), make_database("b")]
-    started, start = [], executors._processes
-    monkeypatch.setattr(executors, "_processes", lambda n: started.append(n) or start(n))
+    started, start = [], engine.open_processes
+    monkeypatch.setattr(engine, "open_processes", lambda n: started.append(n) or start(n))
     alone, together = (run(folders, workers=workers) for workers in (1, 3))
     assert started == [3]  # the same processes extract and compare
     assert (alone.mean, alone.pooled) == (together.mean, together.pooled)

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.gallery.listing.csv_rows import csv_rows
 from fpmatch.gallery.listing.entry import NamePattern
 from fpmatch.gallery.listing.folders import natural_key
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
 
     FingerOf = Callable[[str], str | None]
 
+NO_TEMPLATE: Final = "no template"
 _PRINT_NAME: Final = re.compile(r"(\d+)_\d+(\.\w+)?", re.ASCII)
 _LABELS: Final = {"1": True, "genuine": True, "0": False, "impostor": False}
 _NO_SCORE: Final = frozenset({"", "nan", "na", "none", "null"})

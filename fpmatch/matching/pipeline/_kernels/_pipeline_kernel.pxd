@@ -9,7 +9,7 @@ from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
 cdef class Pipeline:
     cdef readonly Py_ssize_t capacity, best
-    cdef readonly object parameters, weights
+    cdef readonly object parameters, weights, kept
     cdef readonly Prefilter prefilter
     cdef readonly Aligner aligner
     cdef readonly EvidenceScorer scorer
@@ -35,7 +35,3 @@ cdef class Pipeline:
         self, TemplateView a, TemplateView b, Py_ssize_t h, bint ridges, Py_ssize_t best
     ) noexcept nogil
     cdef bint _is_confident(self, Py_ssize_t h) noexcept nogil
-    cpdef tuple result(
-        self, const int[::1] index_a, const int[::1] index_b, double to_500dpi_a,
-        double to_500dpi_b, bint swapped,
-    )

@@ -2,12 +2,11 @@
 """Kernel: the default matcher's way from two prepared prints to the estimate of -ln(FMR).
 
 `Pipeline.match` is that way, step by step as `fpmatch.matching.reference` takes it. Before it come
-the prefilter's bit descriptors; `Pipeline.result` fits the transform in pixels after it.
+the prefilter's bit descriptors; after it, `reference.transform_of` fits the transform in pixels.
 """
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import atan2, cos, sin, sqrt
 
 from fpmatch.matching.constants import comparison
 from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
@@ -18,8 +17,6 @@ from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 UNPAIRED = cython.declare(cython.double, float("-inf"))  # the sum where nothing is paired
 REJECTED = cython.declare(cython.double, comparison.REJECTED)
 SHORTFALL = cython.declare(cython.double, comparison.SHORTFALL)
-MIN_PAIRS_FOR_SCALE = cython.declare(cython.int, comparison.MIN_PAIRS_FOR_SCALE)
-MAX_STRETCH = cython.declare(cython.double, comparison.MAX_STRETCH)
 
 
 @cython.final
@@ -34,6 +31,7 @@ class Pipeline:
 
     Hypotheses are rows that the aligner keeps: ``total[h]`` is the sum of hypothesis h and
     ``evidence[h]`` what it is made of. `best` is the row of the result, -1 where nothing is paired.
+    `kept` are the rows as arrays: partners and weights of A's minutiae, transforms, and evidence.
     """
 
     def __init__(self, capacity, parameters, weights) -> None:
@@ -45,6 +43,8 @@ class Pipeline:
         self.similarity = np.empty((capacity, capacity), np.float32)
         self.total = np.empty(self.aligner.rows)
         self.evidence = np.empty((self.aligner.rows, len(self.scorer.evidence)))
+        self.kept = [np.asarray(self.aligner.kept_partner), np.asarray(self.aligner.kept_weight)]
+        self.kept += [np.asarray(self.aligner.kept_transform), np.asarray(self.evidence)]
 
     def load(self, probe):
         """Take a probe, unless it was the last one."""
@@ -78,7 +78,7 @@ class Pipeline:
     def match(self, reference, reference_first):
         """Match the probe with a reference; return the estimate of -ln(FMR).
 
-        Both are triangulated, and their rings are described. The seven steps are
+        Both are triangulated, and their rings are described. The six steps are
 
         1. local match: how similar the neighbourhoods of any two minutiae are;
         2. relax: local matches that agree support each other;
@@ -86,8 +86,7 @@ class Pipeline:
            the unit circle (eq. 3 and 4), coarsely, and are weighed;
         4. ridges: the hypotheses that may be right grow to the end, and their ridges count;
         5. search by ridges: where doubt remains, the ridges propose further hypotheses;
-        6. evidence and score: that of the hypothesis of the greatest sum, the first of equals;
-        7. transform: that of its pairs (eq. 1), which `result` returns.
+        6. evidence and score: that of the hypothesis of the greatest sum, the first of equals.
 
         The result is 0, and `best` -1, where no hypothesis pairs anything.
         """
@@ -167,85 +166,3 @@ class Pipeline:
     def _is_confident(self, h):
         """Return whether no other hypothesis than h need be tried; h may be -1."""
         return h >= 0 and self.total[h] > self.scorer.confident
-
-    @cython.locals(i=cython.Py_ssize_t, px=cython.double, py=cython.double)
-    def result(self, index_a, index_b, to_500dpi_a, to_500dpi_b, swapped):
-        """Return the pairs (K, 2), their transform, that of the match, and the evidence.
-
-        The minutiae of A and B have the numbers `index_a` and `index_b` in the templates, and lie
-        at 500 dpi, to which their pixels are scaled by `to_500dpi_a` and `to_500dpi_b`. The
-        transform is the least-squares one of the weighted pairs, if there are enough and its scale
-        is about that of the resolutions; else that scale and the rotation of the match are taken.
-        It is scale, rotation, shift and the root of the mean square distance, in pixels with y
-        pointing down, from B to A where `swapped`; pairs are sorted accordingly.
-        """
-        best: cython.Py_ssize_t = self.best
-        aligner, a, b = self.aligner, self.aligner.a, self.aligner.b
-        partner, weight = aligner.kept_partner, aligner.kept_weight
-        c, s = aligner.kept_transform[best, 0], aligner.kept_transform[best, 1]
-        move = c, s, aligner.kept_transform[best, 2], aligner.kept_transform[best, 3]
-        listed = np.empty((aligner.kept_pairs[best], 2), np.int32)
-        pairs: cython.int[:, ::1] = listed
-        n: cython.int = 0
-        mass = pmx = pmy = qmx = qmy = 0.0
-        cosine = sine = spread = total = 0.0
-        scale = to_500dpi_a / to_500dpi_b
-        turn = 0.0 - atan2(s, c)  # y points down
-        for i in range(aligner.size_a):
-            j: cython.Py_ssize_t = partner[best, i]
-            if j < 0:
-                continue
-            w = weight[best, i]
-            mass += w
-            pmx += w * (a[0, i] / to_500dpi_a)
-            pmy -= w * (a[1, i] / to_500dpi_a)
-            qmx += w * (b[0, j] / to_500dpi_b)
-            qmy -= w * (b[1, j] / to_500dpi_b)
-            k: cython.Py_ssize_t = n
-            if swapped:
-                while k > 0 and pairs[k - 1, 0] > index_b[j]:
-                    pairs[k, 0], pairs[k, 1] = pairs[k - 1, 0], pairs[k - 1, 1]
-                    k -= 1
-                pairs[k, 0], pairs[k, 1] = index_b[j], index_a[i]
-            else:
-                pairs[k, 0], pairs[k, 1] = index_a[i], index_b[j]
-            n += 1
-        pmx, pmy, qmx, qmy = pmx / mass, pmy / mass, qmx / mass, qmy / mass
-        if n >= MIN_PAIRS_FOR_SCALE:
-            for i in range(aligner.size_a):
-                j = partner[best, i]
-                if j < 0:
-                    continue
-                w = weight[best, i]
-                px = a[0, i] / to_500dpi_a - pmx
-                py = -a[1, i] / to_500dpi_a - pmy
-                qx = b[0, j] / to_500dpi_b - qmx
-                qy = -b[1, j] / to_500dpi_b - qmy
-                cosine += w * (px * qx + py * qy)
-                sine += w * (px * qy - py * qx)
-                spread += w * (px * px + py * py)
-            free = sqrt(cosine * cosine + sine * sine)
-            free = free / spread if spread > 0.0 and free > 0.0 else 1.0
-            if 1.0 / MAX_STRETCH <= free / scale <= MAX_STRETCH:
-                turn = atan2(sine, cosine)
-                scale = free
-        cosine, sine = scale * cos(turn), scale * sin(turn)
-        px = qmx - cosine * pmx + sine * pmy
-        py = qmy - sine * pmx - cosine * pmy
-        for i in range(aligner.size_a):
-            j = partner[best, i]
-            if j < 0:
-                continue
-            qx = cosine * a[0, i] / to_500dpi_a + sine * a[1, i] / to_500dpi_a
-            qy = sine * a[0, i] / to_500dpi_a - cosine * a[1, i] / to_500dpi_a
-            qx = qx + px - b[0, j] / to_500dpi_b
-            qy = qy + py + b[1, j] / to_500dpi_b
-            total += qx * qx + qy * qy
-        rms = sqrt(total / n)
-        if swapped:
-            cosine /= scale * scale
-            sine /= scale * scale
-            px, py = -cosine * px - sine * py, sine * px - cosine * py
-            scale, turn, rms = 1.0 / scale, -turn, rms / scale
-        evidence = [self.scorer.evidence[e] for e in range(self.evidence.shape[1])]
-        return listed, (scale, turn, px, py, rms), move, evidence

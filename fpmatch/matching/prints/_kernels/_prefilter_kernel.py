@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Kernel: score prints against one print by their bit descriptors (see `_encode_kernel`).
+"""Kernel: score prints against one print by their bit descriptors (words: `prints.prepared`).
 
 One print is put into tables: under each cell, a bit for each of its minutiae that has a neighbour
 there. So a minutia of another print is compared with all of them at once: the bits under its words

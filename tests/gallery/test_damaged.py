@@ -22,7 +22,7 @@ from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 
 PRINTS = 6  # two of each of three subjects
 DAMAGED = 3
@@ -112,9 +112,10 @@ def test_every_reader_skips_it(place, tmp_path):
         assert summarize(gallery)["impressions"] + summarize(gallery)["damaged"] == PRINTS
     assert export_gallery(str(place), tmp_path / "out", "json", None) == 1
     dataset = load_dataset(place)
-    (made,) = extract_datasets([dataset])
-    assert len([one for one in made.extractions if one.template is not None]) == len(SOUND)
-    assert len(made.extractions) + len(dataset.notes) == PRINTS
+    names = DatasetSource(dataset).names
+    made = list(DatasetSource(dataset).templates(serial(), range(len(names))))
+    assert len([one for one in made if one.data is not None]) == len(SOUND)
+    assert len(made) + len(dataset.notes) == PRINTS
     source = open_source(place)
     items = list(source.templates(serial(), range(len(source.names))))
     assert sum(item.data is not None for item in items) == len(SOUND)

@@ -256,7 +256,7 @@ def test_a_gallery_is_searched_compared_with_and_audited(run, sent, tmp_path, ga
         path = Path(name).rename(tmp_path / f"ada_{finger}.png")  # the gallery has its whole path
         done = run("enrol", gallery, path, "--pattern", "(?P<subject>[a-z]+)_(?P<finger>[a-z]+)")
         assert done.exit_code == 0, done.stderr
-    command = ("identify", gallery, "1_2.png", "--transform", "--json")
+    command = ("identify", gallery, "1_2.png", "--json")
     (printed,) = json.loads(run(*command).stdout)["probes"]
     with open_gallery(gallery) as opened:
         switch(opened, on=True)
@@ -272,6 +272,8 @@ def test_a_gallery_is_searched_compared_with_and_audited(run, sent, tmp_path, ga
         entries = http.get("/gallery/prints?subject=ada").json()["prints"]
         assert [one["source"] for one in entries] == ["ada_left.png", "ada_right.png"]
         (best,), (other,) = answer["candidates"], printed["candidates"]  # one of each subject
+        transform = {name: best.pop(name) for name in ("transform", "pairs", "rms_px")}
+        assert transform["transform"]["rotation_deg"] == pytest.approx(90, abs=1)
         assert best == other | {"source": "ada_left.png"}
         at = f"/gallery/{best['id']}"
         shown = http.post(f"{at}/compare", files=probe).json()

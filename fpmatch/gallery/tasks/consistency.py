@@ -114,8 +114,8 @@ def _check(sound: Mapping[int, Template], matcher: Matcher, curve: Calibration) 
     """Return the groups of readable impressions of a finger that matches link."""
     from scipy.sparse.csgraph import connected_components  # noqa: PLC0415  (slow to import)
 
-    numbers, templates = list(sound), list(sound.values())
-    prepared = [matcher.prepare(template) for template in templates]
+    numbers = list(sound)
+    prepared = [matcher.prepare(template) for template in sound.values()]
     among = set(choose_impressions(len(numbers)))
     scores = np.zeros((len(numbers), len(numbers)))
     for i, j in combinations(range(len(numbers)), 2):
@@ -132,8 +132,8 @@ def _check(sound: Mapping[int, Template], matcher: Matcher, curve: Calibration) 
     for group in groups[1:]:
         between = scores[np.ix_(groups[0], group)]
         row, column = np.unravel_index(between.argmax(), between.shape)
-        pair = [numbers[groups[0][row]], numbers[group[column]]]
-        disagreements.append({"ids": pair, "score": float(between[row, column])})
+        ids = [numbers[groups[0][row]], numbers[group[column]]]
+        disagreements.append({"ids": ids, "score": float(between[row, column])})
     return {
         "consistent": len(groups) == 1,
         "groups": [[numbers[k] for k in group] for group in groups],

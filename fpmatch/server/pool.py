@@ -85,7 +85,7 @@ class Pool:
         finally:
             doing.cancel()
             gone.cancel()
-            await asyncio.wait({doing, gone})
+            await asyncio.gather(doing, gone, return_exceptions=True)
 
     async def prepare(self, work: Callable[..., object], *args: Any) -> None:
         """Do work on the gallery that no request waits for, however long it takes."""

@@ -50,11 +50,6 @@ def remove(gallery):
     gallery.unlink()
 
 
-def replace_by_folder(gallery):
-    gallery.unlink()
-    gallery.mkdir()
-
-
 def damage_header(gallery):
     gallery.write_bytes(b"SQLite format 3\0" + bytes(4096))
 
@@ -82,16 +77,13 @@ def running(tmp_path_factory, sent):
         yield http, gallery
 
 
-@pytest.mark.parametrize(
-    "break_it", [remove, replace_by_folder, damage_header, overwrite_end, make_unreadable]
-)
+@pytest.mark.parametrize("break_it", [remove, damage_header, overwrite_end, make_unreadable])
 def test_no_answer_says_where_a_gallery_is_or_how_it_failed(running, break_it, sent, caplog):
     http, gallery = running
     break_it(gallery)
     try:
         check_answers(http, sent, caplog, "a_secret_folder")
     finally:
-        shutil.rmtree(gallery) if gallery.is_dir() else gallery.unlink(missing_ok=True)
         shutil.rmtree(gallery.parent)
         shutil.copytree(gallery.parent.with_name("copy"), gallery.parent)
     wait_until_ready(http)

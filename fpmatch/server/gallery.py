@@ -160,7 +160,7 @@ def verify_claim(
 def identify_print(
     upload: Upload, where: str, matcher: str, count: int, threshold: float
 ) -> dict[str, Any]:
-    """Return what ``fpmatch identify --transform --json`` prints of one probe."""
+    """Return what ``fpmatch identify --json`` prints of one probe, and the transforms."""
     most = upload.limits.candidates
     if count > most:
         raise RequestError(f"at most {most} candidates can be listed, not {count}")

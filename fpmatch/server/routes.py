@@ -233,7 +233,7 @@ async def gallery(here: Here) -> Document:
     dependencies=_VERIFY,
 )
 async def identify(here: Here, form: Annotated[forms.IdentifyForm, FORM]) -> Document:
-    """Return what `fpmatch identify --transform --json` prints of one probe."""
+    """Return what `fpmatch identify --json` prints of one probe, and the transforms."""
     await here.searchable()
     upload = await form.read("probe", here.limits)
     options = form.known_matcher(), form.candidates, form.threshold

@@ -22,7 +22,7 @@ from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 
 PRINTS = 6  # two of each of three subjects
 DAMAGED = 3
@@ -112,9 +112,10 @@ def test_every_reader_skips_it(place, tmp_path):
         assert summarize(gallery)["impressions"] + summarize(gallery)["damaged"] == PRINTS
     assert export_gallery(str(place), tmp_path / "out", "json", None) == 1
     dataset = load_dataset(place)
-    (made,) = extract_datasets([dataset])
-    assert len([one for one in made.extractions if one.template is not None]) == len(SOUND)
-    assert len(made.extractions) + len(dataset.notes) == PRINTS
+    names = DatasetSource(dataset).names
+    made = list(DatasetSource(dataset).templates(serial(), range(len(names))))
+    assert len([one for one in made if one.data is not None]) == len(SOUND)
+    assert len(made) + len(dataset.notes) == PRINTS
     source = open_source(place)
     items = list(source.templates(serial(), range(len(source.names))))
     assert sum(item.data is not None for item in items) == len(SOUND)
@@ -146,10 +147,9 @@ def test_commands_name_it_once_and_count_it(run, place, tmp_path):
         assert result.stderr.count(f"entry {DAMAGED} is skipped") == times
         return json.loads(result.stdout)
 
-    for more in ([], ["--all"]):
-        document = named("identify", place, probe, "--workers", "1", *more)
-        assert document["damaged"] == 1
-        assert document["probes"][0]["candidates"][0]["id"] == 1
+    document = named("identify", place, probe, "--workers", "1")
+    assert document["damaged"] == 1
+    assert document["probes"][0]["candidates"][0]["id"] == 1
     checks = named("gallery", "check", place, status=1, times=0)
     assert [one["groups"] for one in checks if "damaged" in one] == [[[DAMAGED]]]
     claim = ("--gallery", place, "--subject", "1")

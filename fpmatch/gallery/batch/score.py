@@ -104,6 +104,7 @@ def score(
     engine: Engine | None = None,
     progress: Progress = no_progress,
     once: bool = False,
+    lasting: bool = True,
     **reading: Any,
 ) -> ScoreSummary:
     """Score probes against references and write a row a pair.
@@ -118,7 +119,8 @@ def score(
     and those without a score. The `engine` is entered here (default: this process); `progress`
     is called with the stages "references", "probes" (in prints) and "compare" (in pairs). With
     `once` a finished run is remembered in the user's cache; where its output is there as it was
-    written, nothing is done again.
+    written, nothing is done again. `lasting` is as for
+    `fpmatch.gallery.batch.unfinished.Unfinished`.
 
     Raises ScoringError if the list of pairs is malformed, or a different run of this output is
     unfinished; MatcherError if the matcher is unknown, or a threshold does not go with the
@@ -159,7 +161,7 @@ def score(
     if same:  # stored once
         stored = {REFERENCES: (other, sorted({*plan.references, *plan.probes}))}
     of_probes = REFERENCES if same else PROBES
-    with engine or serial() as place, Unfinished(target, run) as store:
+    with engine or serial() as place, Unfinished(target, run, lasting=lasting) as store:
         for name, (side, numbers) in stored.items():
             store.collect(name, numbers, partial(side.templates, place), partial(progress, name))
         about = _about_prints(stored, store)

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
-from fpmatch.errors import ScoringError, TemplateError, without_path
+from fpmatch.errors import FpmatchError, ScoringError, TemplateError, without_path
 from fpmatch.gallery.engine.workers import attempt_each
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import NamePattern, entry_names
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.print_file import resolution_notes
-from fpmatch.gallery.listing.prints import extract_opened, find_prints, folder_reader, open_print
+from fpmatch.gallery.listing.prints import find_prints, folder_reader, read_one_print
 from fpmatch.gallery.store.stored_template import (
     minutiae_digest,
     stored_minutiae_digest,
@@ -42,9 +42,11 @@ if TYPE_CHECKING:
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import Label
     from fpmatch.gallery.listing.print_file import PrintFile
-    from fpmatch.gallery.listing.prints import OpenedPrint
+    from fpmatch.gallery.listing.prints import Reader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
+
+    OpenedPrint = tuple[PrintFile, GreyImage | TemplateRecord | FpmatchError]
 
 _MAGIC: Final = b"fpmatch template\n"  # how what `pack` returns begins
 _OF_MINUTIAE: Final = ("<f4", "<f4", "<f4", "|u1", "|u1")  # types of `COLUMNS`
@@ -162,7 +164,7 @@ class FolderSource:
     ) -> Generator[StoredTemplate, None, None]:
         """Yield some prints by their numbers."""
         # Read here, so that workers elsewhere need not see the files.
-        opened = (open_print(self._open_reader(), self._files[n]) for n in numbers)
+        opened = (_open(self._open_reader(), self._files[n]) for n in numbers)
         with closing(attempt_each(engine, _extract, opened)) as attempts:
             for number, ((file, _), attempt) in zip(numbers, attempts, strict=True):
                 if attempt.result is None:
@@ -281,11 +283,24 @@ def unpack(data: bytes) -> Template:
     return Template(minutiae, width, height, dpi, field)
 
 
+def _open(reader: Reader, file: PrintFile) -> OpenedPrint:
+    """Read a print; an error is kept, too."""
+    try:
+        return file, reader(file.path)
+    except FpmatchError as error:
+        return file, error
+
+
 def _extract(opened: OpenedPrint) -> StoredTemplate:
-    extracted = extract_opened(opened, graded=True)
-    template = extracted.template
-    beside = extracted.dpi_assumed, extracted.notes, extracted.quality, minutiae_digest(template)
-    return StoredTemplate(pack(template), "", *beside)
+    """Return the template of a print, and the quality of its image."""
+    file, content = opened
+    if isinstance(content, FpmatchError):
+        raise content
+    given = read_one_print(file, lambda _: content)
+    notes = tuple(note for note in given.notes if note != ASSUMED_DPI)
+    quality = None if given.quality is None else given.quality.score
+    beside = given.dpi_assumed, notes, quality, minutiae_digest(given.template)
+    return StoredTemplate(pack(given.template), "", *beside)
 
 
 def _state(file: PrintFile) -> tuple[str, int, int, float | None]:

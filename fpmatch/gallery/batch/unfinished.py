@@ -62,13 +62,14 @@ class Position(NamedTuple):
 class Unfinished:
     """Keep an unfinished run on disk; a context manager that leaves it there.
 
-    A run of another description than `run` cannot resume it. Raises a `ScoringError` if a different
-    run is unfinished there, it is damaged, or another one is running now; an `OutputError` if
-    nothing can be written there.
+    A run of another description than `run` cannot resume it. One that is not `lasting` never waits
+    for the disk, and does not outlive a failure of the machine. Raises a `ScoringError` if a
+    different run is unfinished there, it is damaged, or another one is running now; an
+    `OutputError` if nothing can be written there.
     """
 
-    def __init__(self, output: Path, run: Mapping[str, str]) -> None:
-        self.output = output
+    def __init__(self, output: Path, run: Mapping[str, str], *, lasting: bool = True) -> None:
+        self.output, self._lasting = output, lasting
         self.folder = output.with_name(output.name + SUFFIX)
         self._rows_file = self.folder / ROWS_FILE
         self._keys = load_keys() if given_source() else None
@@ -94,6 +95,8 @@ class Unfinished:
 
     def _begin(self, run: Mapping[str, str]) -> None:
         self._database.execute("PRAGMA secure_delete = ON")
+        if not self._lasting:
+            self._database.execute("PRAGMA synchronous = OFF")
         # One run at a time; the system releases the lock of a run that was killed.
         self._database.execute("PRAGMA locking_mode = EXCLUSIVE")
         with self._database:
@@ -150,7 +153,7 @@ class Unfinished:
             except BaseException:
                 self._save(stream, position)
                 raise
-            flush(stream)
+            flush(stream, self._lasting)
         self._finish()
         return start, position
 
@@ -169,7 +172,7 @@ class Unfinished:
 
     def _save(self, stream: BinaryIO, position: Position) -> None:
         """Save the position that the run has reached, once its rows are on the disk."""
-        flush(stream)
+        flush(stream, self._lasting)
         self._set_position(position)
 
     def _set_position(self, position: Position) -> None:
@@ -279,10 +282,11 @@ def _place(side: str, number: int) -> tuple[bytes, ...]:
     return side.encode(), str(number).encode()
 
 
-def flush(stream: BinaryIO) -> None:
-    """Write buffered rows to the disk."""
+def flush(stream: BinaryIO, lasting: bool) -> None:
+    """Write buffered rows, and wait for the disk where they are lasting."""
     stream.flush()
-    os.fsync(stream.fileno())
+    if lasting:
+        os.fsync(stream.fileno())
 
 
 def remember(output: Path, run: Mapping[str, str], end: Position) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from itertools import chain
+from itertools import chain, combinations
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.fingers.consolidate import link_impressions, linked_groups
 from fpmatch.gallery.fingers.finger import choose_impressions
 from fpmatch.gallery.store.audit import ranges
 from fpmatch.matching.calibration import load_calibration
@@ -77,22 +78,26 @@ def find_damaged(
 
 
 def _check(sound: Mapping[int, Template], matcher: Matcher, curve: Calibration) -> dict[str, Any]:
+    """Return the groups of readable impressions of a finger that matches link."""
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415  (slow to import)
+
     numbers, templates = list(sound), list(sound.values())
     prepared = [matcher.prepare(template) for template in templates]
-    among = set(choose_impressions(templates))
-    links = link_impressions(
-        prepared, matcher, curve, least_score=_link_score(len(sound)), least_pairs=1, among=among
-    )
-    groups = linked_groups(len(sound), links)
+    among = set(choose_impressions(len(numbers)))
+    scores = np.zeros((len(numbers), len(numbers)))
+    for i, j in combinations(range(len(numbers)), 2):
+        if i in among or j in among:
+            similarity = matcher.compare(prepared[i], prepared[j]).similarity
+            scores[i, j] = scores[j, i] = curve.score(similarity)
+    _, label = connected_components(scores >= _link_score(len(numbers)), directed=False)
+    groups = [np.flatnonzero(label == k).tolist() for k in range(max(label) + 1)]
+    groups.sort(key=lambda group: (-len(group), group[0]))
     disagreements = []
     for group in groups[1:]:
-        pairs = [(i, j) for i in groups[0] for j in group if i in among or j in among]
-        scored = [
-            (curve.score(matcher.compare(prepared[i], prepared[j]).similarity), i, j)
-            for i, j in pairs or [(groups[0][0], group[0])]
-        ]
-        score, i, j = max(scored, key=lambda one: (one[0], -one[1], -one[2]))
-        disagreements.append({"ids": [numbers[i], numbers[j]], "score": score})
+        between = scores[np.ix_(groups[0], group)]
+        row, column = np.unravel_index(between.argmax(), between.shape)
+        pair = [numbers[groups[0][row]], numbers[group[column]]]
+        disagreements.append({"ids": pair, "score": float(between[row, column])})
     return {
         "consistent": len(groups) == 1,
         "groups": [[numbers[k] for k in group] for group in groups],

@@ -196,7 +196,7 @@ def test_two_runs_do_not_write_one_output(output, unfinished):
 
 
 def test_a_full_disk_is_one_line_and_the_run_goes_on(output, monkeypatch):
-    def full(stream):
+    def full(*_):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:

@@ -99,10 +99,6 @@ def test_resolutions_are_those_of_the_manifest_else_of_the_description(manifest)
             "path,subject,impression\na.png,ada,1\nd.iso,ada,1\n",
             "line 3, column impression: ada_1 is on line 2, too",
         ),
-        (
-            "path,subject,finger\na.png,ada,thumb\nd.iso,ada,\n",
-            "line 3, column finger: is empty, but is named for ada on line 2",
-        ),
         (b"path,subject\na.png,ad\xff\n", "line 2: not a CSV file in UTF-8 (byte 0xff)"),
         ('path,subject\n"a.png,ada\n', "not a CSV file: unexpected end of data"),
     ],

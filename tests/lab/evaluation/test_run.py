@@ -1,10 +1,4 @@
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +7,8 @@ from fpmatch.errors import DatasetError, FpmatchError, MatcherError
 from fpmatch.gallery.batch.sources import unpack
 from fpmatch.gallery.engine import engine
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.lab.evaluation.databases.dataset import load_dataset
+from fpmatch.lab.evaluation.databases.dataset import choose_pairs, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import Reading
-from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
 
@@ -116,9 +109,13 @@ def test_an_interrupted_run_is_resumed_and_writes_the_same_file(bench, make_data
     how = {"workers": 1, "reading": Reading(extractor=bench.extractor)}
     evaluate_matchers(folders, [bench.MATCHER], scores=whole, **how)
 
+    passed = []
+
     def interrupted(stage, done, total):
-        if stage == "compare" and done > 190:  # of the second database
+        if stage == "compare" and passed and done:  # of the second database
             raise Interrupt
+        if stage == "compare" and done == total:
+            passed.append(stage)
 
     with pytest.raises(Interrupt):
         evaluate_matchers(folders, [bench.MATCHER], scores=resumed, progress=interrupted, **how)
@@ -167,49 +164,3 @@ def test_bad_requests(run, bench, make_database):
     ):
         with pytest.raises(error, match=reason):
             run(folders, **changes)
-
-
-INTERRUPTED = """
-import signal
-import sys
-import fake_bench
-from fpmatch.lab.evaluation.run import evaluate
-if __name__ == "__main__":
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a background job
-    tell = lambda stage, done, total: print(stage, done, flush=True)
-    evaluate(sys.argv[1:], matcher=fake_bench.MATCHER, extractor=fake_bench.slow_extractor,
-             workers=2, progress=tell)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
-def test_interrupt_ends_parent_and_workers_quickly(make_database, tmp_path):
-    script = tmp_path / "interrupted.py"
-    script.write_text(INTERRUPTED)
-    folder = make_database(fingers=20, impressions=8)
-    process = subprocess.Popen(
-        [sys.executable, script, folder],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    with process:
-        for line in process.stdout:
-            if not line.startswith("extract 0"):
-                break
-        os.killpg(process.pid, signal.SIGINT)
-        start = time.monotonic()
-        # Returns once nobody holds the pipes any more: neither the parent nor a worker.
-        _, errors = process.communicate(timeout=30)
-    assert time.monotonic() - start < 3
-    assert process.returncode != 0
-    assert errors.count("Traceback") == 1
-    assert errors.rstrip().endswith("KeyboardInterrupt")
-
-
-def test_one_database_is_evaluated_as_a_list_of_one(run, make_database):
-    folder = make_database()
-    assert run(str(folder)).pooled == run([folder]).pooled

@@ -256,8 +256,7 @@ def test_a_gallery_is_searched_compared_with_and_audited(run, sent, tmp_path, ga
         path = Path(name).rename(tmp_path / f"ada_{finger}.png")  # the gallery has its whole path
         done = run("enrol", gallery, path, "--pattern", "(?P<subject>[a-z]+)_(?P<finger>[a-z]+)")
         assert done.exit_code == 0, done.stderr
-    command = ("identify", gallery, "1_2.png", "--transform", "--json")
-    (printed,) = json.loads(run(*command).stdout)["probes"]
+    (printed,) = json.loads(run("identify", gallery, "1_2.png", "--json").stdout)["probes"]
     with open_gallery(gallery) as opened:
         switch(opened, on=True)
     with serving(gallery=gallery, clients=clients()) as http:
@@ -272,10 +271,12 @@ def test_a_gallery_is_searched_compared_with_and_audited(run, sent, tmp_path, ga
         entries = http.get("/gallery/prints?subject=ada").json()["prints"]
         assert [one["source"] for one in entries] == ["ada_left.png", "ada_right.png"]
         (best,), (other,) = answer["candidates"], printed["candidates"]  # one of each subject
+        moved = {name: best.pop(name) for name in ("transform", "pairs", "rms_px")}
         assert best == other | {"source": "ada_left.png"}
         at = f"/gallery/{best['id']}"
         shown = http.post(f"{at}/compare", files=probe).json()
         assert shown["result"]["match"]
+        assert {name: shown["result"][name] for name in moved} == moved
         assert shown["reference"]["kind"] == "template"
         assert http.post(f"{at}/overlay", files=probe).content.startswith(b"\x89PNG")
         ridges = http.post(f"{at}/views", files=probe).json()["ridges"]
@@ -284,7 +285,7 @@ def test_a_gallery_is_searched_compared_with_and_audited(run, sent, tmp_path, ga
         assert "a scar" in report.text
         assert "ada_left.png" in report.text
         missing = http.post("/gallery/77/compare", files=probe)
-        assert missing.json() == {"error": "no print is enrolled under the number 77"}
+        assert missing.json() == {"error": "no entry has the number 77"}
         assert http.delete(at).json() == {"removed": 1}
         assert http.delete(at).status_code == 404
         assert http.delete("/gallery/prints?subject=ada").json() == {"removed": 1}

@@ -30,7 +30,7 @@ PACKAGE = Path(fpmatch.__file__).parent
 KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
 RUNS_COMPILED = re.compile(
     r"fpmatch\.matching\.(pipeline\._kernels|prints\.(_kernels|prepare ))"
-    r"|fpmatch\.gallery\.(index\.(follow|segment|terms)|search(\.| import )indexed)"
+    r"|fpmatch\.gallery\.(index\.(follow|segment|terms)|search import shortlist)"
     r"|matchers\.unit_circle import .*view_of|from kernel_cases|from ablation"
     r"|research\.training\.(evidence_quantiles|score)"
 )

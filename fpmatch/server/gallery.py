@@ -17,8 +17,8 @@ from fpmatch.errors import EncryptionError, GalleryError, TemplateError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Label, NamePattern, NewEntry
-from fpmatch.gallery.search.entries import identify_given
-from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.identify import identify_given
+from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.rows import check_storable
 from fpmatch.gallery.store.summary import count_entries
 from fpmatch.gallery.store.tables import ENROLLED
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.search.search import Search
     from fpmatch.prints.pair import PairOptions
     from fpmatch.server.prints import Upload
 
@@ -153,8 +152,7 @@ def identify_print(
     with open_served_gallery(where) as gallery:
         search = _search(gallery, matcher)
         start = time.perf_counter()
-        given, result, entries = identify_given(
-            gallery,
+        given, result = identify_given(
             search,
             given,
             count=count,
@@ -166,7 +164,7 @@ def identify_print(
         seconds = time.perf_counter() - start
         gallery.record("identify", probe=upload.data, candidates=result.numbers)
         name, damaged = short_name(gallery.name), len(gallery.damaged)
-    candidates = result.candidate_dicts(entries)
+    candidates = result.candidate_dicts()
     return {
         "gallery": name,
         "matcher": matcher,
@@ -232,8 +230,10 @@ def make_index(where: str) -> None:
 def _search(gallery: Gallery, matcher: str) -> Search:
     """Return the search of a gallery as it is now, the kept one where it is unchanged."""
     key = gallery.name, matcher
-    how: dict[str, Any] = {"engine": serial(), "note": _log.warning, "before": _kept.get(key)}
-    search = open_search(gallery, matcher, **how)
+    search = _kept.get(key)
+    if search is not None:
+        search.follow(gallery)
+        return search
     _kept.clear()
-    _kept[key] = search
-    return search
+    _kept[key] = Search.open(gallery, matcher, engine=serial(), note=_log.warning)
+    return _kept[key]

@@ -26,8 +26,7 @@ from fpmatch import extract, read_image
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.identify import identify
-from fpmatch.gallery.search.opening import open_search
-from fpmatch.gallery.search.search import EFFORTS
+from fpmatch.gallery.search.search import EFFORTS, Search
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.result import compare_prepared
@@ -42,7 +41,6 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.search.identification import Candidate
-    from fpmatch.gallery.search.search import Search
     from fpmatch.templates.minutiae import Template
 
 SIZES = (10_000, 100_000, 1_000_000)
@@ -201,7 +199,7 @@ def lost_mates(
 
 def measure(gallery: Gallery, kinds: Sequence[Kind], number_of: dict[str, int]) -> dict[str, Any]:
     """Return the cost of searches without and with a mate, and the mates that they lose."""
-    size, call_s, search = {"prints": len(gallery)}, triangulation(), open_search(gallery)
+    size, call_s, search = {"prints": len(gallery)}, triangulation(), Search.open(gallery)
     calibration = load_calibration(search.matcher.name)
     alone = [template for _, template in made(2**41, ALONE)]
     speed: dict[int, dict[str, Any]] = {}

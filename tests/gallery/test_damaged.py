@@ -15,8 +15,8 @@ from fpmatch.gallery.cli.export import export_gallery
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.search.entries import identify_entries
-from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.tasks.claim import check_claim
@@ -94,14 +94,14 @@ SOUND = [k for k in range(1, PRINTS + 1) if k != DAMAGED]
 
 def test_every_reader_skips_it(place, tmp_path):
     with open_gallery(place) as gallery:
-        search = open_search(gallery, engine=serial())
-        _, own = identify_entries(gallery, search, scattered(DAMAGED, 30), listed="impressions")
+        search = Search.open(gallery, engine=serial())
+        own = identify(search, scattered(DAMAGED, 30), listed="impressions").entries
         assert sorted(entry.id for entry in own) == SOUND
         assert list(gallery.damaged) == [DAMAGED]
         assert gallery.damaged[DAMAGED]
         for listed in ("fingers", "subjects"):
-            found, entries = identify_entries(gallery, search, scattered(1, 30), listed=listed)
-            assert (len(entries), entries[0].id, found.enrolled) == (3, 1, len(SOUND))
+            found = identify(search, scattered(1, 30), listed=listed)
+            assert (len(found.entries), found.entries[0].id, found.enrolled) == (3, 1, len(SOUND))
             assert [one.rank for one in found.candidates] == [1, 2, 3]
         checked = check_claim(gallery, scattered(4, 30), "2")
         assert [entry.id for entry in checked.entries] == [4]
@@ -179,5 +179,5 @@ def test_no_change_of_a_stored_template_stops_a_search(tmp_path_factory, data):
     at, bit = data.draw(st.integers(0, len(GOOD) - 1)), data.draw(st.integers(0, 7))
     mutate(place, "template", flipped(GOOD, at, 1 << bit))
     with open_gallery(place) as gallery:
-        assert open_search(gallery, FAKE).numbers.tolist() == SOUND
+        assert Search.open(gallery, FAKE).numbers.tolist() == SOUND
         assert list(gallery.damaged) == [DAMAGED]

@@ -11,7 +11,7 @@ from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
@@ -76,7 +76,7 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
     tmp_path, cache, monkeypatch, *, in_cache, of_a_segment
 ):
     """Of an index in one segment or two, in either folder, and of files that others left."""
-    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
+    monkeypatch.setattr("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", 2)
     monkeypatch.setattr("fpmatch.gallery.index.follow.MOST_PRINTS", of_a_segment)
     entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(6)]
     all_runs = [runs_of([*secrets_of(one), *in_a_segment(one)]) for one in entries]
@@ -84,7 +84,7 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
         (tmp_path / "g.db.prepared").touch()  # in the way
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add(entries)
-        open_search(gallery, engine=serial(), note=str)
+        Search.open(gallery, engine=serial(), note=str)
         numbers = {entry.label: entry.id for entry in gallery.entries()}
         for gone in (3, 0, 5):
             entry = entries[gone]
@@ -96,18 +96,18 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
                     unfinished(folder, entry)
             gallery.remove([numbers[entry.label]])
             assert traces(tmp_path, runs) == []
-            open_search(gallery, engine=serial(), note=str)
+            Search.open(gallery, engine=serial(), note=str)
             assert traces(tmp_path, runs) == []
-        assert len(open_search(gallery, note=str)) == 3
+        assert len(Search.open(gallery, note=str)) == 3
 
 
 def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, run, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
+    monkeypatch.setattr("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", 2)
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([random_entry(k) for k in range(60)])
-        open_search(gallery, engine=serial())
+        Search.open(gallery, engine=serial())
         gallery.remove(range(1, 56))
-        open_search(gallery, engine=serial())
+        Search.open(gallery, engine=serial())
         unfinished(tmp_path / "g.db.prepared", random_entry(1))
         entries = list(gallery.entries())
     sizes = json.loads(run("gallery", "rewrite", tmp_path / "g.db", "--json").stdout)
@@ -118,7 +118,7 @@ def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, r
     assert sizes["prepared"]["after"] == sum(kept) < sizes["prepared"]["before"]
     with open_gallery(tmp_path / "g.db") as gallery:
         assert list(gallery.entries()) == entries
-        assert len(open_search(gallery)) == 5
+        assert len(Search.open(gallery)) == 5
 
         def locked(path, **_):
             raise PermissionError(13, "in use", str(path))

@@ -26,8 +26,8 @@ from fpmatch.gallery.batch.sources import unpack
 from fpmatch.gallery.batch.unfinished import Unfinished, finished_before, remember
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.search.entries import BATCH, identify_each
 from fpmatch.gallery.search.identification import OF_SEARCHES
+from fpmatch.gallery.search.identify import BATCH, identify_each
 from fpmatch.gallery.search.probes import sha256_of
 from fpmatch.printable import json_text
 from fpmatch.prints.reading import group_by_note
@@ -39,12 +39,11 @@ if TYPE_CHECKING:
     from fpmatch.gallery.batch.sources import FolderSource, StoredTemplate
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.listing.entry import Entry
     from fpmatch.gallery.search.identification import Identification
     from fpmatch.gallery.search.search import Search, SearchOptions
     from fpmatch.templates.minutiae import Template
 
-    _Outcome = tuple[Identification, list[Entry]] | None  # None for a probe without a template
+    _Outcome = Identification | None  # None for a probe without a template
 
 IDENTIFY: Final = "identify"
 _FORMAT: Final = "4"  # of the state of an unfinished run
@@ -196,15 +195,13 @@ def _identify(
 
     with (
         closing(probes.templates(engine, range(start, len(probes.paths)))) as templates,
-        closing(
-            identify_each(gallery, search, opened(templates), options, engine, names)
-        ) as outcomes,
+        closing(identify_each(search, opened(templates), options, engine, names)) as outcomes,
     ):
         for path, content, outcome in zip(names, before, outcomes, strict=True):
             if outcome is not None and audited:
                 if sha256_of(Path(path)) != content:
                     raise ImageReadError("was changed while it was searched for", path=path)
-                gallery.record(IDENTIFY, probe=content, candidates=outcome[0].numbers)
+                gallery.record(IDENTIFY, probe=content, candidates=outcome.numbers)
             yield path, pending.popleft(), outcome
 
 
@@ -225,10 +222,12 @@ def _csv_lines(path: str, stored: StoredTemplate, outcome: _Outcome, _: object) 
     if outcome is None:
         yield csv_lines([[path, *nobody, *[""] * len(OF_SEARCHES), stored.reason]])
         return
-    result, entries = outcome
-    stages = ["" if result.effort is None else result.effort, " ".join(map(str, result.passed_on))]
-    searched = [result.enrolled, result.compared, result.fingers, *stages]
-    listed = result.candidate_dicts(entries)
+    stages = [
+        "" if outcome.effort is None else outcome.effort,
+        " ".join(map(str, outcome.passed_on)),
+    ]
+    searched = [outcome.enrolled, outcome.compared, outcome.fingers, *stages]
+    listed = outcome.candidate_dicts()
     for candidate in listed:
         candidate["extrapolated"] = int(candidate["extrapolated"])
         yield csv_lines([[path, *(candidate[name] for name in OF_CANDIDATES), *searched, ""]])
@@ -246,8 +245,7 @@ def _json_lines(
     document: dict[str, Any] = dict.fromkeys(OF_SEARCHES)
     candidates, reason = list[dict[str, Any]](), stored.reason or None
     if outcome is not None:
-        result, entries = outcome
-        document, candidates = result.as_dict(), result.candidate_dicts(entries)
+        document, candidates = outcome.as_dict(), outcome.candidate_dicts()
         reason = None if candidates else NO_CANDIDATE
     document = {"probe": path, **about, **document, "candidates": candidates, "reason": reason}
     yield f"{json_text(document, indent=None)}\n".encode()

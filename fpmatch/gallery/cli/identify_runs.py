@@ -52,7 +52,7 @@ class Run:
         """Open the gallery, with its content, and its search; name damaged entries at the end."""
         from fpmatch.gallery.engine.engine import make_engine
         from fpmatch.gallery.gallery import open_gallery
-        from fpmatch.gallery.search.opening import open_search
+        from fpmatch.gallery.search.search import Search
 
         say_slow_kernels()
         bars = ProgressBars({"prepare": "preparing prints", **stages})
@@ -60,7 +60,7 @@ class Run:
             content = gallery.content_hash()
             engine = make_engine(self.workers, self.scheduler)
             how: dict[str, Any] = {"progress": bars.show, "note": say_note}
-            search = open_search(gallery, self.matcher, engine=engine, **how)
+            search = Search.open(gallery, self.matcher, engine=engine, **how)
             bars.close()
             yield gallery, search, content, bars
         say_damaged(gallery.name, gallery.damaged)
@@ -87,7 +87,7 @@ class Run:
 
 def identify_one_by_one(run: Run, files: Sequence[PrintFile]) -> int:
     """Show the candidates of each probe; return the exit status of the command."""
-    from fpmatch.gallery.search.entries import identify_given
+    from fpmatch.gallery.search.identify import identify_given
     from fpmatch.gallery.search.probes import notes_on_identical
     from fpmatch.matching.result import named
     from fpmatch.prints.reading import group_by_note
@@ -106,27 +106,25 @@ def identify_one_by_one(run: Run, files: Sequence[PrintFile]) -> int:
                 continue
             start = time.perf_counter()
             try:
-                probe, result, entries = identify_given(
-                    gallery, search, given, run.options, workers=run.workers
-                )
+                probe, result = identify_given(search, given, run.options, workers=run.workers)
             except MatcherError as error:
                 raise named(error, file.path) from error
             seconds, name, first = time.perf_counter() - start, str(file.path), first or result
             gallery.record("identify", probe=content, candidates=result.numbers)
-            identical = notes_on_identical(gallery, probe.template, entries)
+            identical = notes_on_identical(gallery, probe.template, result.entries)
             noted.append((name, (*probe.notes, *identical)))
             probes.append(
                 {
                     "probe": name,
                     "seconds": round(seconds, 4),
                     "passed_on": list(result.passed_on),
-                    "candidates": result.candidate_dicts(entries),
+                    "candidates": result.candidate_dicts(),
                 }
             )
             if not run.as_json:
                 rows = [
                     f"{printable(one.label):<12}  {one.id:>6}  {printable(one.source)}"
-                    for one in entries
+                    for one in result.entries
                 ]
                 show(_as_text([name], result, seconds, _COLUMNS, rows))
     say_notes(group_by_note(noted))
@@ -150,7 +148,7 @@ def identify_by_fingers(run: Run, files: Sequence[PrintFile]) -> int:
     """Show the subjects whose fingers match prints of different fingers best."""
     import scipy.optimize  # noqa: F401  (which assigns probes to fingers, while time is taken)
 
-    from fpmatch.gallery.search.entries import identify_entries_fused
+    from fpmatch.gallery.search.fused import identify_fused
     from fpmatch.prints.reading import group_by_note
 
     names = [str(file.path) for file in files]
@@ -158,8 +156,7 @@ def identify_by_fingers(run: Run, files: Sequence[PrintFile]) -> int:
     given, contents = zip(*map(run.reader(files), files), strict=True)
     with run.opened() as (gallery, search, _, _):
         start = time.perf_counter()
-        result, entries = identify_entries_fused(
-            gallery,
+        result = identify_fused(
             search,
             [one.template for one in given],
             options=run.options,
@@ -179,14 +176,15 @@ def identify_by_fingers(run: Run, files: Sequence[PrintFile]) -> int:
             "probes": names,
             "fingers": positions,
             "seconds": round(seconds, 4),
-            "candidates": result.candidate_dicts(entries, names),
+            "candidates": result.candidate_dicts(names),
         }
         run.show(gallery, search, document)
         return 0
     rows = []
     for candidate in result.candidates:
         fingers = [
-            f"{printable(entries[one.number].label)} {one.score:.1f}" for one in candidate.fingers
+            f"{printable(result.entries[one.number].label)} {one.score:.1f}"
+            for one in candidate.fingers
         ]
         rows.append(f"{printable(candidate.subject):<12}  {', '.join(fingers)}")
     show(_as_text(names, result, seconds, _SUBJECT_COLUMNS, rows))

@@ -11,7 +11,7 @@ from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.parameters import USUAL
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -41,6 +41,13 @@ class PreparedPrints:
 
     def __len__(self) -> int:
         return len(self.prints)
+
+    def take(self, places: Sequence[int]) -> PreparedPrints:
+        """Return the prints at some places, in this order."""
+        taken = PreparedPrints([])
+        taken.prints = [self.prints[k] for k in places]
+        taken.views = [self.views[k] for k in places] if self.views else []
+        return taken
 
 
 def _view_of(print_: PreparedTemplate) -> TemplateView:

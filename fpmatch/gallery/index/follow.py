@@ -72,7 +72,6 @@ class GalleryIndex:
         self.matcher = matcher
         self._engine, self._progress, self._note = engine, progress, note
         self._noted = False  # whether a note states where the files are
-        self._state = ""
         self._held: dict[str, Counted] = {}  # by the names of their files
         self.segments: list[Segment] = []
         self.stored = np.empty(0, np.intp)
@@ -82,13 +81,8 @@ class GalleryIndex:
     def follow(self, gallery: Gallery) -> None:
         """Let the index have all entries that are in the gallery now.
 
-        If it has not changed, that takes one short query. Raises GalleryError where the gallery
-        cannot be read.
+        Raises GalleryError where the gallery cannot be read.
         """
-        state = gallery.content_hash()
-        if self._state == state:
-            return
-        gallery.check_keys()
         why = place = ""
         for path in kept_folders(gallery):
             try:
@@ -106,7 +100,6 @@ class GalleryIndex:
         if why and not self._noted:
             self._note(f"the index of {gallery.name} is kept in {place or 'memory'}: {why}")
             self._noted = True
-        self._state = state
 
     def _update(self, gallery: Gallery, folder: IndexFolder | None) -> None:
         """List what is enrolled, add what is new, mask what is gone, and write what changed."""

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, cached_property
-from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -172,19 +171,18 @@ def _flow_at(
     code: NDArray[np.uint8], column: NDArray[np.float64], row: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the orientation at places between cells, (2, ...): unit vectors, interpolated."""
-    around = np.pad(code, 1)
-    last_row, last_column = (size - 1 for size in around.shape)
-    left, top = np.floor(column), np.floor(row)
-    right_share, lower_share = column - left, row - top
-    mean = np.zeros((2, *column.shape))
-    for lower, right in product((0, 1), (0, 1)):
-        share = (right_share if right else 1.0 - right_share) * (
-            lower_share if lower else 1.0 - lower_share
-        )
-        at_row = np.clip(top + (lower + 1), 0, last_row).astype(np.intp)
-        at_column = np.clip(left + (right + 1), 0, last_column).astype(np.intp)
-        mean += share * _FLOW[:, around[at_row, at_column]]
-    return mean
+    rows, columns = code.shape
+    around = np.zeros((rows + 4, columns + 4), np.uint8)
+    around[2:-2, 2:-2] = code
+    top, left = np.floor(row), np.floor(column)
+    lower, right = row - top, column - left
+    first_row = np.clip(top, -2, rows).astype(np.intp) + 2
+    first_column = np.clip(left, -2, columns).astype(np.intp) + 2
+    place = first_row * (columns + 4) + first_column
+    corners = np.array([[0, 1], [columns + 4, columns + 5]])[..., None, None]
+    share = np.stack([1.0 - lower, lower])[:, None] * np.stack([1.0 - right, right])
+    flow: NDArray[np.float64] = (share * _FLOW[:, around.ravel()[place + corners]]).sum((1, 2))
+    return flow
 
 
 @dataclass(frozen=True, slots=True, eq=False)

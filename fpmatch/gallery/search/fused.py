@@ -25,7 +25,7 @@ from fpmatch.gallery.search.identification import (
     SubjectCandidate,
     expected_by_chance,
 )
-from fpmatch.gallery.search.identify import compare_probe, count_fingers, find_candidates
+from fpmatch.gallery.search.identify import compare_probe, find_candidates
 from fpmatch.gallery.search.search import USUAL, SearchOptions
 from fpmatch.matching.calibration import score_to_fmr
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from fpmatch.gallery.search.identify import ComparedProbe
-    from fpmatch.gallery.search.search import Search, Subjects
+    from fpmatch.gallery.search.search import Search
     from fpmatch.templates.minutiae import Template
 
 MOST_PROBES: Final = 10  # fingers of a subject
@@ -50,9 +50,7 @@ def identify_fused(
     probes: Sequence[Template],
     options: SearchOptions = USUAL,
     *,
-    subjects: Subjects | None = None,
     positions: Sequence[str] = (),
-    skipped: Collection[int] = (),
     workers: int | None = None,
     **changes: Any,
 ) -> FusedIdentification:
@@ -75,29 +73,50 @@ def identify_fused(
     each = SearchOptions(
         count=max(given.count, CONSIDERED), calibration=given.calibration, effort=given.effort
     ).checked(search.matcher)
-    of = subjects or search.subjects
-    compared = [compare_probe(search, one, each, subjects=of, workers=workers) for one in probes]
-    searched = count_fingers(compared[0], of, skipped)
-    alone = [find_candidates(one, each, searched, skipped=skipped) for one in compared]
+    search.follow()
+    compared = [compare_probe(search, one, each, workers=workers) for one in probes]
+    removed = set[int]()
+    while True:
+        skipped = removed | search.gallery.damaged.keys()
+        result = _fused(compared, named, given, each, skipped, workers)
+        numbers = sorted({*result.numbers})
+        entries = {entry.id: entry for entry in search.gallery.entries_of(numbers)}
+        if [*entries] == numbers:
+            return replace(result, entries=entries)
+        removed |= {*numbers} - entries.keys()
+
+
+def _fused(
+    compared: Sequence[ComparedProbe],
+    positions: Sequence[str],
+    options: SearchOptions,
+    each: SearchOptions,
+    skipped: Collection[int],
+    workers: int | None,
+) -> FusedIdentification:
+    """Return the outcome for probes that were compared; `each` are the options of one alone."""
+    search = compared[0].search
+    alone = [find_candidates(one, each, skipped) for one in compared]
     numbers = sorted({candidate.number for one in alone for candidate in one.candidates})
-    fingers = _fingers(search, of.fingers_of(numbers), skipped)
+    fingers = _fingers(search, search.fingers_of(numbers), skipped)
     with Threads(workers if packs(search.matcher) else 1) as threads:
         scored = [
             _scored(one, fingers, position, each, threads)
-            for one, position in zip(compared, named, strict=True)
+            for one, position in zip(compared, positions, strict=True)
         ]
-    total = len(of)
+    total = search.gallery.subjects()
     ranked = _ranked(fingers, scored)
     expected = expected_by_chance([score for _, score, _ in ranked], total).tolist()
     candidates = [
         SubjectCandidate(rank + 1, subject, score, score_to_fmr(score), expected[rank], pairs)
-        for rank, (subject, score, pairs) in enumerate(ranked[: given.count])
+        for rank, (subject, score, pairs) in enumerate(ranked[: options.count])
     ]
     return FusedIdentification(
         enrolled=alone[0].enrolled,
         compared=max(one.compared for one in alone),
         subjects=total,
-        candidates=tuple(filter(given.allow, candidates)),
+        candidates=tuple(filter(options.allow, candidates)),
+        entries={},
         matcher=search.matcher.name,
         smallest_measured_fmr=alone[0].smallest_measured_fmr,
         effort=alone[0].effort,

@@ -136,10 +136,14 @@ class _Outcome:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Identification(_Outcome):
-    """The outcome of a search: of equal scores, the more similar, then the one enrolled first."""
+    """The outcome of a search: of equal scores, the more similar, then the one enrolled first.
+
+    Each of the `candidates` has an entry.
+    """
 
     candidates: tuple[Candidate, ...]
     fingers: int
+    entries: tuple[Entry, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Return all but the candidates and the calibration as JSON values."""
@@ -152,7 +156,7 @@ class Identification(_Outcome):
 
     def lowered(self, by: float, allow: Callable[[Candidate], bool]) -> Identification:
         """Return it with lower scores, as one of several searches for a print, if they allow it."""
-        candidates = [
+        lowered = [
             replace(
                 one,
                 score=max(one.score - by, 0.0),
@@ -162,9 +166,11 @@ class Identification(_Outcome):
             )
             for one in self.candidates
         ]
-        return replace(self, candidates=tuple(filter(allow, candidates)))
+        kept = [(c, e) for c, e in zip(lowered, self.entries, strict=True) if allow(c)]
+        candidates, entries = zip(*kept, strict=True) if kept else ((), ())
+        return replace(self, candidates=candidates, entries=entries)
 
-    def candidate_dicts(self, entries: Sequence[Entry]) -> list[dict[str, Any]]:
+    def candidate_dicts(self) -> list[dict[str, Any]]:
         """Return the candidates, with their entries, as ``fpmatch identify --json`` prints them.
 
         ``transform``, ``pairs`` and ``rms_px`` are there if requested, the first and the last None
@@ -179,7 +185,7 @@ class Identification(_Outcome):
                 "impression_score": candidate.impression_score,
                 **({} if candidate.comparison is None else _as_dict(candidate.comparison)),
             }
-            for candidate, entry in zip(self.candidates, entries, strict=True)
+            for candidate, entry in zip(self.candidates, self.entries, strict=True)
         ]
 
 
@@ -189,23 +195,23 @@ class FusedIdentification(_Outcome):
 
     Of equal scores, the subject comes first whose compared fingers have the greater sum of scores,
     then the one enrolled first. `compared` is the most prints that a probe was compared with before
-    subjects were compared by all fingers, and `passed_on` is the most for a probe, too.
+    subjects were compared by all fingers, and `passed_on` is the most for a probe, too. `entries`
+    are those of the compared fingers, by number.
     """
 
     candidates: tuple[SubjectCandidate, ...]
     subjects: int
+    entries: Mapping[int, Entry]
 
     @property
     def numbers(self) -> list[int]:
         """The numbers of the entries of all compared fingers, as an audit states them."""
         return [finger.number for candidate in self.candidates for finger in candidate.fingers]
 
-    def candidate_dicts(
-        self, entries: Mapping[int, Entry], probes: Sequence[str]
-    ) -> list[dict[str, Any]]:
+    def candidate_dicts(self, probes: Sequence[str]) -> list[dict[str, Any]]:
         """Return the candidates as ``fpmatch identify --with --json`` prints them.
 
-        `entries` are those of the fingers by number, `probes` the names of the probes.
+        `probes` are the names of the probes.
         """
         return [
             {
@@ -215,7 +221,7 @@ class FusedIdentification(_Outcome):
                 "fingers": [
                     {
                         "probe": probes[f.probe],
-                        **_enrolled(entries[f.number]),
+                        **_enrolled(self.entries[f.number]),
                         "score": f.score,
                         "impressions": f.impressions,
                     }

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import pickle
 from collections import Counter
+from contextlib import closing
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.errors import MatcherError
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.fingers.finger import fused_scores
 from fpmatch.gallery.index.compare import packs
@@ -18,15 +23,21 @@ from fpmatch.gallery.search.identification import (
     expected_by_chance,
 )
 from fpmatch.gallery.search.search import USUAL
-from fpmatch.matching.calibration import score_to_fmr
-from fpmatch.matching.result import call_matcher, compare_prepared
+from fpmatch.matching.calibration import allowance, score_to_fmr
+from fpmatch.matching.decision import DEFAULT_THRESHOLD
+from fpmatch.matching.result import call_matcher, compare_prepared, named
+from fpmatch.prints.pair import FIRST_SHARE, other_resolutions
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Generator, Iterable, Iterator, Sequence
 
-    from fpmatch.gallery.search.search import Search, SearchOptions, Subjects
+    from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.gallery.search.search import Search, SearchOptions
     from fpmatch.matching.result import Comparison
+    from fpmatch.prints.reading import GivenPrint
     from fpmatch.templates.minutiae import Template
+
+BATCH: Final = 16  # probes that are searched for together
 
 
 def identify(
@@ -34,18 +45,15 @@ def identify(
     probe: Template,
     options: SearchOptions = USUAL,
     *,
-    subjects: Subjects | None = None,
-    skipped: Collection[int] = (),
     workers: int | None = None,
     **changes: Any,
 ) -> Identification:
-    """Find the enrolled fingers that a probe matches best.
+    """Find the enrolled fingers that a probe matches best, in a gallery as it is now.
 
-    What is compared and listed is in `options`, some of them replaced by `changes`. The `subjects`
-    have the labels of the prints (default: the subjects of the search); a print without a subject
-    is no candidate. Entries of the numbers in `skipped` are treated as if they were not enrolled.
-    So many `workers` are the threads that search (default: one a core; few prints are searched by
-    one in any case). The candidates are the same to the last bit.
+    What is compared and listed is in `options`, some of them replaced by `changes`. So many
+    `workers` are the threads that search (default: one a core; few prints are searched by one in
+    any case). The candidates are the same to the last bit. An entry that has been removed since, or
+    is damaged, is no candidate; the damaged ones are in `damaged` of the gallery.
 
     Raises MatcherError if the matcher has no calibration or an option is out of range; GalleryError
     if the gallery cannot be read.
@@ -57,36 +65,117 @@ def identify(
     >>> from fpmatch import Minutiae, Template
     >>> from fpmatch.gallery.listing.entry import Label, NewEntry
     >>> from fpmatch.gallery.gallery import open_gallery
-    >>> from fpmatch.gallery.search.opening import open_search
+    >>> from fpmatch.gallery.search.search import Search
     >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
     >>> template = Template(minutiae, 100, 100)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with open_gallery(Path(folder, "gallery.db"), create=True) as gallery:
     ...         _ = gallery.add([NewEntry(Label("ada"), "ada.tif", bytes(32), template)])
-    ...         result = identify(open_search(gallery), template)
-    >>> result.compared, result.candidates[0].number
-    (1, 1)
+    ...         result = identify(Search.open(gallery), template)
+    >>> result.compared, result.candidates[0].number, result.entries[0].label.subject
+    (1, 1, 'ada')
     """
     given = replace(options, **changes).checked(search.matcher)
-    one = compare_probe(search, probe, given, subjects=subjects, workers=workers)
-    return find_candidates(one, given, count_fingers(one, subjects, skipped), skipped=skipped)
+    search.follow()
+    one = compare_probe(search, probe, given, workers=workers)
+    removed = set[int]()
+    while True:
+        skipped = removed | search.gallery.damaged.keys()
+        result = find_candidates(one, given, skipped)
+        entries = {entry.id: entry for entry in search.gallery.entries_of(result.numbers)}
+        if entries.keys() == {*result.numbers}:
+            return replace(result, entries=tuple(entries[number] for number in result.numbers))
+        removed |= {*result.numbers} - entries.keys()
 
 
-def count_fingers(
-    one: ComparedProbe, subjects: Subjects | None = None, skipped: Collection[int] = ()
-) -> int:
-    """Return how many fingers are enrolled: by their labels, where all prints were compared."""
-    if one.search.preselected:
-        return (subjects or one.search.subjects).fingers()
-    compared = one.similarity.keys() - {*skipped}
-    return len({one.labels[number] for number in compared if number in one.labels})
+def identify_given(
+    search: Search, probe: GivenPrint, options: SearchOptions = USUAL, **how: Any
+) -> tuple[GivenPrint, Identification]:
+    """Identify an image as `identify` does, also at other resolutions if it states none.
+
+    Where no candidate matches, those are tried that its ridges allow, unless prints that came with
+    it decided. As with `fpmatch.prints.pair.verify_given`, each try has a share of the false match
+    rate, the first one too, which lowers its scores. The print is returned as it was at the
+    resolution of the candidates.
+    """
+    result = identify(search, probe.template, options, **how)
+    others = other_resolutions(probe)
+    if not others:
+        return probe, result
+    allow = replace(options, **{k: value for k, value in how.items() if hasattr(options, k)}).allow
+    best = probe, result.lowered(allowance(FIRST_SHARE), allow)
+    if _best(best[1]):
+        return best
+    share = allowance(1.0 - FIRST_SHARE, len(others))
+    for other in map(probe.at, others):
+        result = identify(search, other.template, options, **how).lowered(share, allow)
+        if _best(result) > _best(best[1]):
+            best = other, result
+    return best
+
+
+def _best(result: Identification) -> float:
+    """Return the score of the first candidate where it is a match, else 0."""
+    score = max((candidate.score for candidate in result.candidates), default=0.0)
+    return score if score >= DEFAULT_THRESHOLD else 0.0
+
+
+def identify_each(
+    search: Search,
+    probes: Iterable[Template | None],
+    options: SearchOptions,
+    engine: Engine,
+    names: Sequence[str] = (),
+) -> Generator[Identification | None, None, None]:
+    """Identify many probes with the workers of an engine, which is entered; None for no probe.
+
+    Each worker opens the gallery: it must see its file or its server, and have its keys. Probes are
+    drawn as they are needed. An error of a plug-in has their `names`.
+    """
+    try:
+        pickle.dumps(search.matcher)
+    except (AttributeError, TypeError, pickle.PicklingError):
+        engine = serial()
+
+    def batches() -> Iterator[_Batch]:
+        left, first = iter(probes), 0
+        while batch := list(islice(left, BATCH)):
+            yield _Batch(batch, names[first : first + BATCH])
+            first += BATCH
+
+    with closing(engine.map(_identify_batch, (search, options), batches())) as results:
+        for outcomes, damaged in results:
+            search.gallery.damaged |= damaged
+            yield from outcomes
+
+
+class _Batch(NamedTuple):
+    probes: Sequence[Template | None]
+    names: Sequence[str]
+
+
+def _identify_batch(
+    shared: tuple[Search, SearchOptions], batch: _Batch
+) -> tuple[list[Identification | None], dict[int, str]]:
+    """Return the outcomes for some probes, and the entries that are damaged."""
+    search, options = shared
+    outcomes: list[Identification | None] = []
+    for k, probe in enumerate(batch.probes):
+        try:
+            outcome = None
+            if probe is not None:
+                outcome = identify(search, probe, options, workers=1)
+            outcomes.append(outcome)
+        except MatcherError as error:
+            raise named(error, *batch.names[k : k + 1]) from error
+    return outcomes, dict(search.gallery.damaged)
 
 
 class ComparedProbe(NamedTuple):
     """A probe, prepared by the matcher of a search, and the prints that it was compared with.
 
-    By number, `similarity` has these prints in the order of their entries, and `labels` subject and
-    finger of all entries of their subjects. Stages of a pre-selection have `passed_on` so many.
+    By number, `similarity` has these prints, and `labels` subject and finger of all entries of
+    their subjects. Stages of a pre-selection have `passed_on` so many.
     """
 
     search: Search
@@ -97,12 +186,7 @@ class ComparedProbe(NamedTuple):
 
 
 def compare_probe(
-    search: Search,
-    probe: Template,
-    options: SearchOptions,
-    *,
-    subjects: Subjects | None = None,
-    workers: int | None = None,
+    search: Search, probe: Template, options: SearchOptions, *, workers: int | None = None
 ) -> ComparedProbe:
     """Compare a probe by threads, as `identify`; options are checked.
 
@@ -113,7 +197,7 @@ def compare_probe(
         similarity, passed_on = search.compare(prepared, options, threads)
         labels = {
             number: (subject, finger)
-            for subject, fingers in (subjects or search.subjects).fingers_of([*similarity]).items()
+            for subject, fingers in search.fingers_of([*similarity]).items()
             for finger, of_finger in fingers.items()
             for number in of_finger
             if number not in search.damaged
@@ -127,15 +211,19 @@ def compare_probe(
 
 
 def find_candidates(
-    one: ComparedProbe, options: SearchOptions, fingers: int, *, skipped: Collection[int] = ()
+    one: ComparedProbe, options: SearchOptions, skipped: Collection[int] = ()
 ) -> Identification:
     """Return the candidates for a probe that was compared, as `identify`; options are checked.
 
-    So many `fingers` are enrolled.
+    Entries of the numbers in `skipped` are treated as if they were not enrolled.
     """
     assert options.calibration is not None
     labels = {n: label for n, label in one.labels.items() if n not in skipped}
     scored = [(n, value) for n, value in one.similarity.items() if n in labels]
+    if one.search.preselected:
+        fingers = one.search.fingers()
+    else:
+        fingers = len({labels[n] for n, _ in scored})
     numbers = np.array([n for n, _ in scored], np.int64)
     similarities = np.array([value for _, value in scored], np.float64)
     keys: list[Any] = numbers.tolist()  # what is listed, of each print
@@ -153,9 +241,7 @@ def find_candidates(
         key = keys[k] if options.listed != "subjects" else labels[int(numbers[k])][0]
         once.setdefault(key, k)
     ranked = [*once.values()][: max(options.count, RIVALS + 1)]
-    enrolled = len(one.search)
-    if skipped:
-        enrolled -= int(np.isin(one.search.numbers, [*skipped]).sum())
+    enrolled = int(np.isin(one.search.numbers, [*skipped], invert=True).sum())
     fmr = [score_to_fmr(float(score)) for score in scores[ranked]]
     if options.listed == "impressions":  # whose rivals may be of the same finger
         expected = [rate * enrolled for rate in fmr]

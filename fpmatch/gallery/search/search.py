@@ -1,27 +1,46 @@
-"""The prints of a gallery, prepared for comparison with probes."""
+"""The search of a gallery: its prints as a matcher prepares them, or their index."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+import os
+import warnings
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import partial
 from math import inf
-from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Final, Literal
 
-from fpmatch.errors import MatcherError, number_text
+import numpy as np
+
+from fpmatch.errors import FpmatchError, MatcherError, number_text
+from fpmatch.gallery.encryption.keys import KEY_VARIABLE
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.engine.workers import no_progress
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.index.compare import PreparedPrints, packs, similarities
+from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration
+from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.result import call_matcher, check_repeats, compare_prepared, named
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
-    import numpy as np
     from numpy.typing import NDArray
 
+    from fpmatch.gallery.encryption.keys import KeyRing
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.engine.in_threads import Threads
+    from fpmatch.gallery.engine.workers import Progress
+    from fpmatch.gallery.index.follow import GalleryIndex
     from fpmatch.gallery.search.identification import Candidate, SubjectCandidate
     from fpmatch.gallery.store.gallery import Gallery
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
+
+EXHAUSTIVE_UP_TO: Final = 2_000  # prints, which are all compared
+COMPARED_AT_ONCE: Final = 64  # prints that one thread compares before it takes others
+ENTRY: Final = "entry "  # before its number, in errors
 
 ListedAs = Literal["subjects", "fingers", "impressions"]
 EFFORTS: Final = (1, 2, 4)
@@ -86,44 +105,103 @@ USUAL: Final = SearchOptions()
 
 
 Similarity = dict[int, float]
-"""Of the prints that were compared with a probe, by number."""
+"""Of the prints that were compared with a probe, by number, ascending."""
 
 
-class Subjects(Protocol):
-    """The subjects of enrolled prints."""
+class Search:
+    """Search an open gallery, as `open` returns it.
+
+    More than `EXHAUSTIVE_UP_TO` prints are indexed, for the default matcher, and few of them are
+    compared with a probe: the search is `preselected`. Else all are, prepared in memory. `numbers`
+    has the numbers of the entries of the prints, ascending; entries that are `damaged` are not
+    among them. In another process the gallery is opened again, by its name.
+    """
+
+    def __init__(
+        self,
+        matcher: Matcher,
+        engine: Engine | None,
+        progress: Progress,
+        note: Callable[[str], object],
+    ) -> None:
+        self.matcher = matcher
+        self.gallery: Gallery
+        self.numbers = np.empty(0, np.int64)
+        self.damaged: Collection[int] = ()
+        self.preselected = False
+        self._engine, self._progress, self._note = engine, progress, note
+        self._state = ""
+        self._fingers: int | None = None
+        self._index: GalleryIndex | None = None
+        self._prepared: dict[int, tuple[int, Any]] = {}  # digests and prints, by number
+        self._together = PreparedPrints([])  # the same prints, where the matcher packs them
+
+    @classmethod
+    def open(
+        cls,
+        gallery: Gallery,
+        matcher: str | Matcher = DEFAULT_MATCHER,
+        *,
+        engine: Engine | None = None,
+        progress: Progress = no_progress,
+        note: Callable[[str], object] | None = None,
+    ) -> Search:
+        """Prepare the prints that are in a gallery now.
+
+        The `engine` prepares prints of an index (default: all cores); `progress` is called with
+        stage "prepare" and numbers of prints, and `note` with a line on files that cannot be used,
+        and are built again (default: a RuntimeWarning). Raises GalleryError if the gallery cannot
+        be read; MatcherError if the matcher is unknown.
+        """
+        chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+        search = cls(chosen, engine, progress, note or _warn)
+        search.follow(gallery)
+        return search
+
+    def follow(self, gallery: Gallery | None = None) -> None:
+        """Search what is in the gallery now, which may have been opened again.
+
+        If it has not changed, that takes one short query. Raises GalleryError where the gallery
+        cannot be read.
+        """
+        gallery = self.gallery if gallery is None else gallery
+        state = gallery.content_hash()
+        if state != self._state:
+            gallery.check_keys()
+            own = COMPILED and packs(self.matcher) and self.matcher.name == DEFAULT_MATCHER
+            self.preselected = own and gallery.has_over(EXHAUSTIVE_UP_TO)
+            if self.preselected:
+                self._follow_index(gallery)
+            else:
+                self._prepare(gallery)
+            self._state, self._fingers = state, None
+        self.gallery = gallery
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        return len(self.numbers)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # that of this process: the environment of workers may be of before
+        key = self.gallery.key or os.environ.get(KEY_VARIABLE)
+        return _open_again, (self.gallery.where, key, self.matcher)
 
     def fingers(self) -> int:
-        """Return how many fingers they have."""
+        """Return how many fingers are enrolled."""
+        if self._fingers is None:
+            self._fingers = self.gallery.count_fingers()
+        return self._fingers
 
-    def fingers_of(self, numbers: Sequence[int]) -> Mapping[str, Mapping[str, Sequence[int]]]:
+    def fingers_of(self, numbers: Sequence[int]) -> dict[str, dict[str, list[int]]]:
         """Return the subjects of the entries of some numbers.
 
         Of each all fingers, and of these the numbers of all entries; "" is a finger whose position
         is not known.
         """
+        subjects: dict[str, dict[str, list[int]]] = {}
+        for number, subject, finger in self.gallery.impressions_of_subjects(numbers):
+            subjects.setdefault(subject, {}).setdefault(finger, []).append(number)
+        return subjects
 
-
-class Search(ABC):
-    """The prints of a gallery, prepared for a matcher.
-
-    `numbers` has the numbers of their entries, ascending, `damaged` the entries that could not be
-    read, with reasons; these are not among the prints. A search that is `preselected` compares few
-    of the prints with a probe, others all.
-    """
-
-    matcher: Matcher
-    subjects: Subjects
-    numbers: NDArray[np.int64]
-    damaged: Mapping[int, str]
-    preselected: bool = False
-
-    def __len__(self) -> int:
-        return len(self.numbers)
-
-    @abstractmethod
     def compare(
         self, probe: Any, options: SearchOptions, threads: Threads
     ) -> tuple[Similarity, tuple[int, ...]]:
@@ -131,36 +209,109 @@ class Search(ABC):
 
         Also return how many prints each stage of a pre-selection has passed on.
         """
+        if self._index is None or not self.preselected:
+            return self.compare_some(probe, self.numbers.tolist(), threads), ()
+        from fpmatch.gallery.search.shortlist import shortlist  # noqa: PLC0415 (imports an index)
 
-    @abstractmethod
+        chosen, passed_on = shortlist(self._index, probe, options.effort, options.count, threads)
+        return self.compare_some(probe, chosen, threads), passed_on
+
     def compare_some(self, probe: Any, numbers: Sequence[int], threads: Threads) -> Similarity:
         """Compare a probe with the prints of some entries; those that are gone are left out."""
+        if self.preselected:
+            rows = sorted(self.gallery.packed_templates(of=numbers))
+            there, work = [n for n, _ in rows], partial(_compare_stored, self.matcher)
+            chunks: Any = _chunks(rows)
+        else:
+            places = np.flatnonzero(np.isin(self.numbers, numbers)).tolist()
+            there = self.numbers[places].tolist()
+            if not packs(self.matcher):
+                return self._compare_one_by_one(probe, there)
+            work = partial(_compare_prepared, self.matcher, self._together)
+            chunks = _chunks(places)
+        parts = threads.map(work, probe, chunks)
+        return dict(zip(there, np.concatenate([np.empty(0), *parts]).tolist(), strict=True))
 
-    @abstractmethod
     def print_of(self, number: int) -> Any:
         """Return a print as the matcher prepares it; None where it is gone."""
+        if not self.preselected:
+            return self._prepared.get(number, (0, None))[1]
+        template = self.gallery.find_template(number)
+        return None if template is None else self.matcher.prepare(template)
+
+    def _follow_index(self, gallery: Gallery) -> None:
+        """Let the index have all prints; none is prepared in memory."""
+        if self._index is None:
+            from fpmatch.gallery.index.follow import GalleryIndex  # noqa: PLC0415 (imports an index)
+
+            how: dict[str, Any] = {"engine": self._engine, "progress": self._progress}
+            self._index = GalleryIndex(self.matcher, note=self._note, **how)
+        self._index.follow(gallery)
+        self._prepared, self._together = {}, PreparedPrints([])
+        self.numbers, self.damaged = self._index.numbers, self._index.damaged
+
+    def _prepare(self, gallery: Gallery) -> None:
+        """Prepare all prints, but those that are prepared."""
+        digests = dict(zip(*(column.tolist() for column in gallery.digests()), strict=True))
+        prepared = {n: one for n, one in self._prepared.items() if digests.get(n) == one[0]}
+        new = digests.keys() - prepared.keys()
+        done = 0
+        self._progress("prepare", done, len(new))
+        for number, data in gallery.packed_templates(of=new if prepared else None):
+            if number not in digests:  # enrolled meanwhile
+                continue
+            try:
+                print_ = call_matcher(self.matcher, "prepare", unpack_template(data))
+                prepared[number] = digests[number], print_
+            except MatcherError as error:
+                raise named(error, f"{ENTRY}{number}") from error
+            except FpmatchError as error:
+                gallery.damaged[number] = str(error)
+            done += 1
+            self._progress("prepare", done, len(new))
+        self._prepared = dict(sorted(prepared.items()))
+        self.numbers, self.damaged = np.array([*self._prepared], np.int64), {*gallery.damaged}
+        if packs(self.matcher):
+            self._together = PreparedPrints(print_ for _, print_ in self._prepared.values())
+
+    def _compare_one_by_one(self, probe: Any, numbers: Sequence[int]) -> Similarity:
+        """Compare a probe with prepared prints by a matcher that may be a plug-in."""
+        similarity: Similarity = {}
+        number = 0
+        try:
+            for number in numbers:
+                compared = compare_prepared(self.matcher, probe, self.print_of(number))
+                similarity[number] = compared.similarity
+            if numbers:
+                check_repeats(self.matcher, probe, self.print_of(number), similarity[number])
+        except MatcherError as error:
+            raise named(error, f"{ENTRY}{number}") from error
+        return similarity
 
 
-class GallerySubjects:
-    """The subjects of an open gallery, as of one revision of it."""
+def _open_again(where: str, key: KeyRing | str | None, matcher: Matcher) -> Search:
+    return Search.open(open_gallery(where, key=key), matcher, engine=serial())
 
-    def __init__(self, gallery: Gallery) -> None:
-        self.gallery = gallery
 
-    def __len__(self) -> int:
-        return self.gallery.subjects()
+def _warn(text: str) -> None:
+    """Warn the caller of `Search.open`."""
+    warnings.warn(text, RuntimeWarning, stacklevel=6)
 
-    def fingers(self) -> int:
-        """Return how many fingers there are."""
-        return self._fingers
 
-    @cached_property
-    def _fingers(self) -> int:
-        return self.gallery.count_fingers()
+def _chunks(rows: list[Any]) -> list[list[Any]]:
+    return [rows[k : k + COMPARED_AT_ONCE] for k in range(0, len(rows), COMPARED_AT_ONCE)]
 
-    def fingers_of(self, numbers: Sequence[int]) -> dict[str, dict[str, list[int]]]:
-        """Return the subjects of the entries of some numbers, with all their fingers."""
-        subjects: dict[str, dict[str, list[int]]] = {}
-        for number, subject, finger in self.gallery.impressions_of_subjects(numbers):
-            subjects.setdefault(subject, {}).setdefault(finger, []).append(number)
-        return subjects
+
+def _compare_stored(
+    matcher: Matcher, probe: Any, rows: Sequence[tuple[int, bytes]]
+) -> NDArray[np.float64]:
+    """Return the similarities of a probe to packed templates."""
+    prints = PreparedPrints(matcher.prepare(unpack_template(data)) for _, data in rows)
+    return similarities(matcher, probe, prints)
+
+
+def _compare_prepared(
+    matcher: Matcher, prints: PreparedPrints, probe: Any, places: Sequence[int]
+) -> NDArray[np.float64]:
+    """Return the similarities of a probe to some of many prepared prints."""
+    return similarities(matcher, probe, prints.take(places))

@@ -18,11 +18,10 @@ if TYPE_CHECKING:
     from fpmatch.gallery.store.database import Database
 
 SEGMENT: Final = ".segment"
-INDEX: Final = ".index"
-"""Of files of segments of an index; of the list of these."""
-PREPARED: Final = ("*.arrays", ".*.part")
-"""Of files of prepared prints, which version 0.2 made, and of unfinished files."""
-PATTERNS: Final = (f"*{SEGMENT}", f"*{INDEX}", *PREPARED)
+"""Of files of segments of an index."""
+PREPARED: Final = ("*.arrays", "*.index", ".*.part")
+"""Of files that older versions made, and of unfinished files."""
+PATTERNS: Final = (f"*{SEGMENT}", *PREPARED)
 """Of all files."""
 
 STALE_S: Final = 3600.0  # age of an unfinished file that no process writes any more

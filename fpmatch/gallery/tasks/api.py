@@ -14,9 +14,9 @@ from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.listing.entry import NamePattern
 from fpmatch.gallery.listing.prints import find_prints
-from fpmatch.gallery.search.entries import identify_given
-from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.identify import identify_given
 from fpmatch.gallery.search.probes import read_hashed
+from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.tasks.enrol import enrol as enrol_prints
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
@@ -55,7 +55,7 @@ def identify(
 ) -> list[IdentifiedFinger]:
     """Find the enrolled fingers that a print matches best.
 
-    For many probes, `fpmatch.gallery.search.opening.open_search` prepares a gallery once.
+    For many probes, `fpmatch.gallery.search.search.Search` prepares a gallery once.
 
     Parameters
     ----------
@@ -97,14 +97,14 @@ def identify(
         given = given_print(probe, dpi=dpi)
     how: dict[str, Any] = {"count": count, "threshold": threshold, "effort": effort}
     with _opened(gallery) as opened:
-        search = open_search(opened, matcher, engine=processes(workers))
-        _, result, entries = identify_given(opened, search, given, workers=workers, **how)
+        search = Search.open(opened, matcher, engine=processes(workers))
+        _, result = identify_given(search, given, workers=workers, **how)
         for number, why in opened.damaged.items():
             warnings.warn(f"{opened.name}: entry {number} is skipped: {why}", stacklevel=2)
         opened.record("identify", probe=content, candidates=result.numbers)
     return [
         IdentifiedFinger(entry.label, one.number, one.score, one.fmr)
-        for one, entry in zip(result.candidates, entries, strict=True)
+        for one, entry in zip(result.candidates, result.entries, strict=True)
     ]
 
 

@@ -21,8 +21,8 @@ from fpmatch.gallery.encryption.keys import KEY_VARIABLE, Key
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.gallery.search import opening
-from fpmatch.gallery.search.entries import identify_entries
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.gallery.store.summary import summarize
 from fpmatch.image.extract import extract
@@ -113,12 +113,12 @@ def candidates(
     """Return the candidates of the probe in a gallery, as a search states them, and notes."""
     notes: list[str] = []
     with patch.object(type(gallery), "has_over", lambda *_: indexed):
-        search = opening.open_search(gallery, engine=serial(), note=notes.append)
-    found, entries = identify_entries(gallery, search, templates()[PROBE], count=10, listed=listed)
+        search = Search.open(gallery, engine=serial(), note=notes.append)
+    found = identify(search, templates()[PROBE], count=10, listed=listed)
     notes += [f"entry {number}: {why}" for number, why in gallery.damaged.items()]
     return [
         (str(entry.label), entry.source, one.number, one.similarity, one.score, one.impressions)
-        for one, entry in zip(found.candidates, entries, strict=True)
+        for one, entry in zip(found.candidates, found.entries, strict=True)
     ], notes
 
 

@@ -21,10 +21,9 @@ from fpmatch.gallery.batch.candidates import COLUMNS, write_candidates
 from fpmatch.gallery.batch.sources import FolderSource
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.prints import find_prints
-from fpmatch.gallery.search import entries as entries_module
-from fpmatch.gallery.search.entries import identify_entries
-from fpmatch.gallery.search.opening import open_search
-from fpmatch.gallery.search.search import SearchOptions
+from fpmatch.gallery.search import identify as identify_module
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.search import Search, SearchOptions
 from fpmatch.gallery.store.audit import events_of, switch
 
 OPTIONS = {
@@ -66,12 +65,12 @@ def gallery(whole_gallery, tmp_path):
 @pytest.fixture(autouse=True)
 def small_batches(monkeypatch):
     """Several batches: enough for runs that are interrupted."""
-    for module in (entries_module, candidates_module):
+    for module in (identify_module, candidates_module):
         monkeypatch.setattr(module, "BATCH", 2)
 
 
 def run(gallery, folder, output, options=OPTIONS["usual"], engine=None, **more):
-    content, search = gallery.content_hash(), open_search(gallery)
+    content, search = gallery.content_hash(), Search.open(gallery)
     source = FolderSource(folder, find_prints([folder]), None, "auto", None)
     done = write_candidates(
         gallery, search, source, output, options, content=content, engine=engine, **more
@@ -87,13 +86,13 @@ def test_rows_are_the_candidates_of_single_searches(gallery, probes, tmp_path, o
     assert content.startswith((",".join(COLUMNS) + "\n").encode())
     assert (done.probes, done.failed, done.resumed, done.rows) == (12, 2, 0, len(rows))
     assert [Path(path).name for path, _ in done.failures] == ["a=1.json", "broken.json"]
-    search = open_search(gallery)
+    search = Search.open(gallery)
     for k in range(10):
-        result, entries = identify_entries(gallery, search, scattered(k, 12 + k), options)
+        result = identify(search, scattered(k, 12 + k), options)
         found = [row for row in rows if Path(row["probe"]).name == f"{k}.json"]
         expected = [
             {name: str(value) for name, value in one.items() if name != "extrapolated"}
-            for one in result.candidate_dicts(entries)
+            for one in result.candidate_dicts()
         ]
         shown = [
             {name: row[name] for name in one} for row, one in zip(found, expected, strict=True)
@@ -117,16 +116,14 @@ def test_json_lines_have_a_document_for_each_probe(gallery, probes, tmp_path):
     done, content = run(gallery, probes, tmp_path / "c.jsonl", options)
     documents = {Path(one["probe"]).name: one for one in map(json.loads, content.splitlines())}
     assert (done.probes, done.failed, done.rows, len(documents)) == (12, 2, 12, 12)
-    search = open_search(gallery)
+    search = Search.open(gallery)
     about = {"gallery": gallery.name, "matcher": search.matcher.name, "listed": "subjects"}
     for k in range(10):
-        result, entries = identify_entries(
-            gallery, search, scattered(k, 12 + k), listed="subjects", count=2, transforms=True
-        )
+        result = identify(search, scattered(k, 12 + k), options)
         numbers = {name: getattr(result, name) for name in ("enrolled", "compared", "fingers")}
         found = documents[f"{k}.json"]
         assert found.items() >= {**about, **numbers, "effort": None, "passed_on": []}.items()
-        assert found["candidates"] == result.candidate_dicts(entries)
+        assert found["candidates"] == result.candidate_dicts()
         assert found["reason"] is None
     failed = documents["broken.json"]
     assert failed.items() >= {**about, "enrolled": None, "candidates": []}.items()

@@ -216,16 +216,6 @@ def test_the_index_of_another_gallery_or_version_is_not_used(gallery, tmp_path, 
     assert len(files_of(gallery)) == 1
 
 
-def test_what_another_program_removes_is_masked_with_the_next_change(gallery):
-    gallery.add([new_entry(number) for number in range(5)])
-    index = index_of(gallery)
-    contents(index, gallery)
-    changed(gallery.file, "DELETE FROM fpmatch_entry WHERE id = 3")
-    gallery.add([new_entry(9)])
-    assert [number for number, _ in contents(index, gallery)] == [1, 2, 4, 5, 6]
-    assert contents(index, gallery) == afresh(gallery)
-
-
 def test_entries_that_were_exchanged_are_indexed_again(gallery):
     """As where a copy of the gallery takes its place, in which others were enrolled."""
     gallery.add([new_entry(number) for number in range(5)])

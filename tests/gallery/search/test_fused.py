@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from made_prints import FAKE, entries_of, template_at
 
@@ -13,10 +13,8 @@ from fpmatch.gallery.fingers.finger import fused_score
 from fpmatch.gallery.fingers.fused_fingers import assign_fingers, fuse_fingers
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import fused as fused_module
-from fpmatch.gallery.search.entries import identify_entries_fused
 from fpmatch.gallery.search.fused import identify_fused
-from fpmatch.gallery.search.opening import open_search
-from fpmatch.gallery.search.whole import WholeSearch
+from fpmatch.gallery.search.search import Search
 from fpmatch.matching.calibration import Calibration, score_to_fmr
 
 TEN_PER_TEN = Calibration(((0.0, 0.0), (100.0, 100.0)), tail_scale=1.0)
@@ -44,13 +42,13 @@ def people(gallery):
 
 
 def found_in(gallery, *places, **options):
-    search = open_search(gallery, FAKE)
+    search = Search.open(gallery, FAKE)
     probes = [template_at(x) for x in places]
-    return identify_entries_fused(gallery, search, probes, calibration=TEN_PER_TEN, **options)
+    return identify_fused(search, probes, calibration=TEN_PER_TEN, **options)
 
 
 def test_each_probe_is_compared_with_the_finger_of_its_position(people):
-    result, entries = found_in(people, 40, 80, positions=["left", "right"])
+    result = found_in(people, 40, 80, positions=["left", "right"])
     scores = {one.subject: one.score for one in result.candidates}
     assert scores == pytest.approx(
         {
@@ -67,7 +65,7 @@ def test_each_probe_is_compared_with_the_finger_of_its_position(people):
     assert named == {"ada": [(0, 1), (1, 2)], "bob": [(0, 3), (1, 4)], "cy": [(0, 5)]}
     assert (result.enrolled, result.compared, result.subjects) == (6, 6, 3)
     assert not result.preselected
-    dicts = result.candidate_dicts(entries, ["a.png", "b.png"])
+    dicts = result.candidate_dicts(["a.png", "b.png"])
     assert json.loads(json.dumps(dicts)) == dicts
     assert [(f["probe"], f["finger"]) for f in dicts[0]["fingers"]] == [
         ("a.png", "left"),
@@ -76,8 +74,8 @@ def test_each_probe_is_compared_with_the_finger_of_its_position(people):
 
 
 def test_without_positions_any_other_finger_is_tried(people):
-    result, _ = found_in(people, 60, 20)
-    swapped, _ = found_in(people, 20, 60)
+    result = found_in(people, 60, 20)
+    swapped = found_in(people, 20, 60)
     both = np.array([[score_at(60, 20), 100.0], [100.0, score_at(20, 60)]])
     ada = next(one for one in result.candidates if one.subject == "ada")
     assert ada.score == pytest.approx(assign_fingers(both, np.ones((2, 2), bool))[0])
@@ -86,26 +84,27 @@ def test_without_positions_any_other_finger_is_tried(people):
 
 
 def test_a_subject_without_a_finger_of_the_positions_is_no_candidate(people):
-    result, _ = found_in(people, 20, 30, positions=["right", "thumb"])
+    result = found_in(people, 20, 30, positions=["right", "thumb"])
     assert {one.subject: len(one.fingers) for one in result.candidates} == {"ada": 1, "bob": 1}
 
 
 def test_count_and_threshold_are_of_subjects(people):
-    result, _ = found_in(people, 20, 60, positions=["left", "right"], count=1)
+    result = found_in(people, 20, 60, positions=["left", "right"], count=1)
     assert [one.subject for one in result.candidates] == ["ada"]
-    result, _ = found_in(people, 20, 60, positions=["left", "right"], threshold=99.0)
+    result = found_in(people, 20, 60, positions=["left", "right"], threshold=99.0)
     assert [one.subject for one in result.candidates] == ["ada", "bob"]
 
 
 def test_damaged_and_removed_entries_are_no_candidates(people):
-    search = open_search(people, FAKE)
+    search = Search.open(people, FAKE)
     people.remove([1])
     probes = [template_at(20), template_at(60)]
-    options = {"positions": ["left", "right"], "calibration": TEN_PER_TEN, "skipped": {5, 6}}
+    people.damaged.update({5: "damaged", 6: "damaged"})
+    options = {"positions": ["left", "right"], "calibration": TEN_PER_TEN}
     result = identify_fused(search, probes, **options)
     assert {one.subject: len(one.fingers) for one in result.candidates} == {"ada": 1, "bob": 2}
-    every = {"calibration": TEN_PER_TEN, "skipped": set(range(7))}
-    assert identify_fused(search, probes, **every).candidates == ()
+    people.remove(range(2, 7))
+    assert identify_fused(search, probes, **options).candidates == ()
 
 
 @pytest.mark.parametrize(
@@ -119,34 +118,19 @@ def test_positions_are_of_all_probes_and_different(people, probes, positions):
 
 def test_subjects_are_compared_by_all_fingers_when_one_is_listed(people, monkeypatch):
     monkeypatch.setattr(fused_module, "CONSIDERED", 1)
-    result, _ = found_in(people, 20, 60, positions=["left", "right"], count=1)
+    result = found_in(people, 20, 60, positions=["left", "right"], count=1)
     (ada,) = result.candidates
     assert ada.score == pytest.approx(100.0)
     assert len(ada.fingers) == 2
 
 
-class NumberedSubjects:
-    """Subject k has the entries 2k and 2k + 1, of the fingers a and b."""
-
-    def __init__(self, count):
-        self.count = count
-
-    def __len__(self):
-        return self.count
-
-    def fingers(self):
-        return 2 * self.count
-
-    def fingers_of(self, numbers):
-        return {str(k): {"a": [2 * k], "b": [2 * k + 1]} for k in {n // 2 for n in numbers}}
-
-
-@settings(deadline=None)
+@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.tuples(st.integers(0, 99), st.integers(0, 99)), min_size=1, max_size=8))
-def test_agrees_with_comparing_one_by_one(enrolled):
-    references = [FAKE.prepare(template_at(x)) for pair in enrolled for x in pair]
-    subjects = NumberedSubjects(len(enrolled))
-    search = WholeSearch(FAKE, range(len(references)), references, subjects)
+def test_agrees_with_comparing_one_by_one(gallery, enrolled):
+    gallery.remove([entry.id for entry in gallery.entries()])
+    labels = [Label(str(k), finger) for k in range(len(enrolled)) for finger in "ab"]
+    gallery.add(entries_of(*(template_at(x) for pair in enrolled for x in pair), labels=labels))
+    search = Search.open(gallery, FAKE)
     options = {"positions": ["a", "b"], "calibration": TEN_PER_TEN}
     probes = [template_at(30), template_at(70)]
     found = identify_fused(search, probes, **options)

@@ -14,7 +14,7 @@ from fpmatch.gallery.fingers.finger import fused_score
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.identification import expected_by_chance
 from fpmatch.gallery.search.identify import identify
-from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.search import Search
 from fpmatch.matching.calibration import Calibration
 from fpmatch.matching.verify import verify
 
@@ -35,7 +35,7 @@ def fill(gallery):
 
     def made(*numbers, **options):
         gallery.add(entries_of(*map(template_at, numbers), **options))
-        return open_search(gallery, FAKE)
+        return Search.open(gallery, FAKE)
 
     return made
 
@@ -70,7 +70,7 @@ def test_a_subject_is_a_candidate_once_by_its_best_finger(gallery):
         for entry, label in zip(entries_of(*templates), labels, strict=True)
     ]
     gallery.add(entries)
-    search = open_search(gallery, FAKE)
+    search = Search.open(gallery, FAKE)
 
     def found(**options):
         return numbers_of(identify_at(search, 50, **options))
@@ -103,12 +103,12 @@ def test_what_is_out_of_range_is_refused(fill, wrong):
 def test_unknown_matchers_are_refused(gallery):
     gallery.add(entries_of(template_at(1)))
     with pytest.raises(MatcherError, match="unknown matcher"):
-        open_search(gallery, "nobody")
+        Search.open(gallery, "nobody")
 
 
 def test_scores_are_those_of_verify_on_the_enrolled_templates(gallery, template):
     gallery.add(entries_of(template))
-    result = identify(open_search(gallery), template, transforms=True)
+    result = identify(Search.open(gallery), template, transforms=True)
     expected = verify(template, gallery.template(1))
     (candidate,) = result.candidates
     assert (candidate.score, candidate.fmr) == (expected.score, expected.fmr)
@@ -120,7 +120,7 @@ def test_scores_are_those_of_verify_on_the_enrolled_templates(gallery, template)
 def search(gallery):
     """Return a search of 12 prints, whose numbers are those of their seeds."""
     gallery.add(entries_of(*map(scattered, range(1, 13))))
-    return open_search(gallery, engine=serial())
+    return Search.open(gallery, engine=serial())
 
 
 def test_chance_is_measured_by_the_fifth_best_of_the_others():

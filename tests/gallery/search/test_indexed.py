@@ -3,19 +3,14 @@
 import pytest
 from made_prints import entry_of, scattered
 
-from fpmatch.errors import MatcherError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.fingers.finger import fused_score
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.search import indexed as module
-from fpmatch.gallery.search import opening
-from fpmatch.gallery.search.entries import identify_entries
+from fpmatch.gallery.search import search as search_module
+from fpmatch.gallery.search import shortlist as module
 from fpmatch.gallery.search.identify import identify
-from fpmatch.gallery.search.indexed import IndexedSearch
-from fpmatch.gallery.search.opening import open_search
-from fpmatch.gallery.search.whole import WholeSearch
-from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.gallery.search.search import Search
 
 SIZE = 40
 
@@ -23,7 +18,7 @@ SIZE = 40
 @pytest.fixture(autouse=True)
 def small_limits(monkeypatch):
     """Index galleries of more than ten prints; compare few of them."""
-    monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", 10)
+    monkeypatch.setattr(search_module, "EXHAUSTIVE_UP_TO", 10)
     monkeypatch.setattr(module, "LEAST_BY_TERMS", 20)
     monkeypatch.setattr(module, "BY_DESCRIPTORS", 6)
 
@@ -51,18 +46,17 @@ def large(gallery):
 
 
 def opened(gallery, **options):
-    return open_search(gallery, engine=serial(), note=pytest.fail, **options)
+    return Search.open(gallery, engine=serial(), note=pytest.fail, **options)
 
 
-def best(gallery, search, number):
+def best(search, number):
     """Return number and score of the best candidate for an enrolled print."""
-    result, _ = identify_entries(gallery, search, print_of(number), count=1)
+    result = identify(search, print_of(number), count=1)
     return result.candidates[0].number, round(result.candidates[0].score)
 
 
 def test_each_print_is_found_among_few_that_are_compared(filled):
     search = opened(filled)
-    assert isinstance(search, IndexedSearch)
     assert len(search) == SIZE
     for number in range(0, SIZE, 7):
         result = identify(search, print_of(number), count=3, transforms=True)
@@ -79,7 +73,7 @@ def test_each_print_is_found_among_few_that_are_compared(filled):
 def test_a_small_gallery_is_compared_whole(large):
     large.remove(range(11, SIZE + 1))
     search = opened(large)
-    assert not isinstance(search, IndexedSearch)
+    assert not search.preselected
     result = identify(search, print_of(3), effort=4)
     assert (result.effort, result.passed_on, result.compared) == (None, (), 10)
 
@@ -87,21 +81,20 @@ def test_a_small_gallery_is_compared_whole(large):
 def test_a_search_changes_with_the_size_of_its_gallery(large):
     search = opened(large)
     large.remove(range(11, SIZE + 1))
-    assert identify_entries(large, search, print_of(3))[0].effort is None
+    assert identify(search, print_of(3)).effort is None
     large.add([new_entry(number) for number in range(50, 60)])
-    result, entries = identify_entries(large, search, print_of(55))
-    assert (result.effort, entries[0].source) == (1, new_entry(55).source)
+    result = identify(search, print_of(55))
+    assert (result.effort, result.entries[0].source) == (1, new_entry(55).source)
 
 
-def test_all_impressions_of_a_finger_that_ranks_first_are_compared(gallery):
+def test_all_impressions_of_a_finger_that_ranks_first_are_compared(gallery, monkeypatch):
     """Those that are not similar to the probe, too."""
     gallery.add([new_entry(k, k // 4) for k in range(SIZE)])
-    search, numbers = opened(gallery), range(1, SIZE + 1)
-    whole = WholeSearch(MATCHER, numbers, [search.print_of(n) for n in numbers], search.subjects)
-    result = identify(search, print_of(9), count=1)
+    result = identify(opened(gallery), print_of(9), count=1)
     (candidate,) = result.candidates
     assert (candidate.number, candidate.impressions, result.fingers) == (10, 4, 10)
-    alone = identify(whole, print_of(9), count=SIZE, listed="impressions").candidates
+    monkeypatch.setattr(search_module, "EXHAUSTIVE_UP_TO", SIZE)
+    alone = identify(opened(gallery), print_of(9), count=SIZE, listed="impressions").candidates
     scores = {one.number: one.score for one in alone}
     assert candidate.score == pytest.approx(fused_score([scores[k] for k in (9, 10, 11, 12)]))
 
@@ -114,45 +107,33 @@ def test_candidates_do_not_depend_on_the_segments(large, monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr("fpmatch.gallery.index.follow.MOST_PRINTS", most)
             search = opened(large)
-        assert len(search.index.segments) == -(-SIZE // most)
+        assert len(search._index.segments) == -(-SIZE // most)
         assert [repr(identify(search, print_of(k)).candidates) for k in range(5)] == expected
 
 
 def test_an_open_search_follows_the_gallery_and_so_does_that_of_another_server(filled):
     one, other = opened(filled), opened(filled)
-    assert best(filled, one, 5) == best(filled, other, 5)
+    assert best(one, 5) == best(other, 5)
     filled.add([new_entry(100)])
-    assert best(filled, one, 100)[0] == best(filled, other, 100)[0] == SIZE + 1
+    assert best(one, 100)[0] == best(other, 100)[0] == SIZE + 1
     filled.remove([SIZE + 1, 6])
     for search in (one, other):
-        assert best(filled, search, 100)[0] != SIZE + 1
-        assert best(filled, search, 5)[0] != 6
-        assert identify_entries(filled, search, print_of(5))[0].enrolled == SIZE - 1
-
-
-def test_skipped_entries_are_as_if_they_were_not_enrolled(gallery):
-    gallery.add([new_entry(k, k // 2) for k in range(SIZE)])
-    result = identify(opened(gallery), print_of(4), skipped={5, 999, 7, 8})
-    assert result.candidates[0].number != 5
-    assert result.enrolled == SIZE - 3
-
-
-def test_an_impossible_effort_is_refused(large):
-    with pytest.raises(MatcherError, match="an effort is 1, 2 or 4, not 3"):
-        identify(opened(large), print_of(3), effort=3)
+        assert best(search, 100)[0] != SIZE + 1
+        assert best(search, 5)[0] != 6
+        assert identify(search, print_of(5)).enrolled == SIZE - 1
 
 
 @pytest.mark.usefixtures("source")
 def test_the_index_of_an_encrypted_gallery_is_encrypted(tmp_path):
     with open_gallery(tmp_path / "g.db", create=True, encrypt=True) as gallery:
         gallery.add([new_entry(number) for number in range(SIZE)])
-        expected = best(gallery, opened(gallery), 5)
+        expected = best(opened(gallery), 5)
         paths = list((tmp_path / "g.db.prepared").iterdir())
         assert {path.suffix for path in paths} == {".segment"}
-        arrays = opened(gallery).index.segments[0].arrays()
+        arrays = opened(gallery)._index.segments[0].arrays()
         content = b"".join(path.read_bytes() for path in paths)
         for name, array in arrays.items():
             if array.nbytes > 64:
                 assert array.tobytes()[:64] not in content, name
         gallery.remove([1])
-        assert best(gallery, opened(gallery), 5) == expected
+        assert best(opened(gallery), 5) == expected

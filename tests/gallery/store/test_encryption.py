@@ -8,7 +8,7 @@ from fpmatch.gallery.encryption.keys import load_keys, make_keys
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.identify import identify
-from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.store.summary import summarize
 
@@ -24,7 +24,7 @@ def encrypted(tmp_path, source):
 
 def searched(path, probe=PRINTS[3]):
     with open_gallery(path) as gallery:
-        found = identify(open_search(gallery, engine=serial()), probe, count=20)
+        found = identify(Search.open(gallery, engine=serial()), probe, count=20)
     return [(c.number, c.similarity, c.score) for c in found.candidates]
 
 
@@ -61,7 +61,7 @@ def test_without_the_key_one_line_names_it(encrypted, source, monkeypatch):
             lambda: gallery.entry(1),
             lambda: list(gallery.templates()),
             lambda: gallery.add([entry_of(99)]),
-            lambda: open_search(gallery, engine=serial()),
+            lambda: Search.open(gallery, engine=serial()),
             gallery.check_keys,
         ):
             assert str(refused(call, code="missing key")) == (
@@ -133,7 +133,7 @@ def test_an_empty_gallery_is_not_searched_without_its_key(tmp_path, monkeypatch)
     open_gallery(tmp_path / "g.db", create=True, encrypt=True).close()
     monkeypatch.delenv("FPMATCH_KEY")
     with open_gallery(tmp_path / "g.db") as gallery, pytest.raises(GalleryError, match=r"g\.db: "):
-        open_search(gallery, engine=serial())
+        Search.open(gallery, engine=serial())
 
 
 def test_an_encrypted_gallery_that_states_it_is_plain_shows_nothing(encrypted):

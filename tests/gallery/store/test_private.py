@@ -8,7 +8,7 @@ from made_prints import entry_of
 
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.search import Search
 from fpmatch.matching.compiled import COMPILED
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="rights are those of the folder there")
@@ -34,10 +34,10 @@ def assert_private(folder, number):
 
 @pytest.mark.skipif(not COMPILED, reason="an index needs compiled kernels")
 def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
+    monkeypatch.setattr("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", 2)
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k) for k in range(3)])
-        open_search(gallery, engine=serial())
+        Search.open(gallery, engine=serial())
         with gallery.changing() as connection:
             connection.exec_driver_sql("DELETE FROM fpmatch_failure")
             connection.exec_driver_sql("UPDATE fpmatch_entry SET source = 'x'")
@@ -48,7 +48,7 @@ def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
     (tmp_path / "g.db.prepared").chmod(0o600)
     with open_gallery(tmp_path / "g.db") as gallery:
         notes = []
-        open_search(gallery, engine=serial(), note=notes.append)
+        Search.open(gallery, engine=serial(), note=notes.append)
     assert [note.startswith(f"the index of {tmp_path / 'g.db'} is kept in ") for note in notes]
     assert len(list((cache / "fpmatch" / "galleries").iterdir())) == 1
     assert_private(tmp_path, 7)

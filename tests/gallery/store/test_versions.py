@@ -10,7 +10,7 @@ from made_prints import entry_of, readable
 from fpmatch.gallery.encryption.keys import Key, KeyRing
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.identify import identify
-from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.audit import check_audit, events_of
 from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.tasks.rotation import rotate
@@ -36,7 +36,7 @@ def test_a_gallery_of_version_0_2_is_whole_and_can_be_changed(tmp_path, version)
             [30, 20, 30],
         ]
         assert templates[1].field.ridges.tolist() == [[0, 1], [2, 3]]
-        assert identify(open_search(gallery), templates[3]).candidates[0].number == 3
+        assert identify(Search.open(gallery), templates[3]).candidates[0].number == 3
         gallery.check_rows()
         assert gallery.damaged == {}
         assert check_audit(gallery).events == 3

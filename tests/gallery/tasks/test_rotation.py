@@ -11,7 +11,7 @@ from made_prints import changed, entries_of, entry_of, readable, refused, scatte
 from fpmatch.gallery.encryption.keys import add_key, load_keys, make_keys
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.tasks import rotation
@@ -58,16 +58,16 @@ def test_a_plain_gallery_is_encrypted_while_another_is_open(where, source):
 
 
 def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, source, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
+    monkeypatch.setattr("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", 2)
     path = make(tmp_path / "g.db", encrypt=False)
     with open_gallery(path) as gallery:
-        before = open_search(gallery, engine=serial()).index.segments[0].embedding.tobytes()
+        before = Search.open(gallery, engine=serial())._index.segments[0].embedding.tobytes()
         assert readable(tmp_path, PRINTS[0])
         rotate(gallery)
         assert not any(readable(tmp_path, template) for template in PRINTS)
         assert not list(tmp_path.glob("g.db.prepared/*"))
-        after = open_search(gallery, engine=serial(), note=pytest.fail)
-        assert after.index.segments[0].embedding.tobytes() == before
+        after = Search.open(gallery, engine=serial(), note=pytest.fail)
+        assert after._index.segments[0].embedding.tobytes() == before
         assert len(list(tmp_path.glob("g.db.prepared/*"))) == 1
         first = load_keys(source).current.id
         add_key(source)
@@ -79,7 +79,7 @@ def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, s
         assert rotate(gallery).sealed == 0
     remove_key(source, first)
     with open_gallery(path) as gallery:
-        assert len(open_search(gallery, engine=serial(), note=pytest.fail)) == len(PRINTS)
+        assert len(Search.open(gallery, engine=serial(), note=pytest.fail)) == len(PRINTS)
 
 
 ROTATE = """

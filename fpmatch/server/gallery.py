@@ -48,8 +48,8 @@ _kept: dict[tuple[str, str], Search] = {}
 def open_served_gallery(where: str, patience: float = _PATIENCE_S) -> Iterator[Gallery]:
     """Open a gallery as `open_gallery` does; whatever it cannot do is a GalleryError.
 
-    Its message is for the log of the server only, but for those with the code "unknown" or "label",
-    whose `detail` is about the request. Where the database does not answer it is a NotReadyError.
+    Its message is for the log of the server only, but for those with the code "label". What the
+    gallery does not contain is a RequestError; where the database does not answer, NotReadyError.
     """
     try:
         with open_gallery(where, patience=patience) as gallery:
@@ -57,22 +57,13 @@ def open_served_gallery(where: str, patience: float = _PATIENCE_S) -> Iterator[G
     except GalleryError as error:
         if error.code == "late":
             raise NotReadyError(str(error), code=error.code) from error
+        if error.code == "unknown":
+            raise RequestError(error.detail, status=404) from error
         raise
     except EncryptionError as error:  # the source of the keys cannot be read
         raise GalleryError(str(error), path=short_name(where), code="missing key") from error
     except (OSError, SQLAlchemyError) as error:
         raise GalleryError(str(error), path=short_name(where)) from error
-
-
-@contextmanager
-def _not_found() -> Iterator[None]:
-    """Answer with status 404 what a gallery does not contain."""
-    try:
-        yield
-    except GalleryError as error:
-        if error.code == "unknown":
-            raise RequestError(error.detail, status=404) from error
-        raise
 
 
 def short_name(place: str) -> str:
@@ -112,18 +103,12 @@ def list_prints(where: str, subject: str) -> list[dict[str, Any]]:
         ]
 
 
-def remove_print(where: str, number: int) -> None:
-    """Remove one entry."""
-    with open_served_gallery(where) as gallery, _not_found():
-        gallery.remove([number])
-
-
-def remove_subject(where: str, subject: str) -> list[int]:
-    """Remove all entries of a subject, and return their numbers."""
-    with open_served_gallery(where) as gallery, _not_found():
-        numbers = gallery.numbers_of(subject)
+def remove_prints(where: str, which: int | str) -> dict[str, int]:
+    """Remove the entry with a number, or all of a subject; return how many they were."""
+    with open_served_gallery(where) as gallery:
+        numbers = [which] if isinstance(which, int) else gallery.numbers_of(which)
         gallery.remove(numbers)
-    return numbers
+    return {"removed": len(numbers)}
 
 
 def verify_claim(
@@ -132,7 +117,7 @@ def verify_claim(
     """Return the decision on a claimed subject (None: any finger), and what was compared."""
     threshold = options.decision_score()
     probe = open_upload(upload)
-    with open_served_gallery(where) as gallery, _not_found():
+    with open_served_gallery(where) as gallery:
         checked = check_claim(
             gallery,
             probe,

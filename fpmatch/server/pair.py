@@ -15,7 +15,7 @@ from fpmatch.drawing.scene.items import zoomed
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK, hexadecimal
 from fpmatch.drawing.scene.raster import data_url, png_bytes, reduced, webp_bytes
 from fpmatch.drawing.stages import stage_picture, value_range
-from fpmatch.errors import GalleryError, ImageError
+from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.record import View as RecordView
 from fpmatch.formats.registry import codec_of_name
@@ -170,13 +170,7 @@ def _extent(template: Template, ink: Ink | None, factor: float) -> list[int]:
 
 def _open_enrolled(enrolled: EnrolledPrint, probe: bytes) -> tuple[GivenPrint, CaseFile]:
     with open_served_gallery(enrolled.gallery) as gallery:
-        try:
-            entry = gallery.entry(enrolled.number)
-        except GalleryError as error:
-            if error.code != "unknown":
-                raise
-            unknown = f"no print is enrolled under the number {enrolled.number}"
-            raise RequestError(unknown, status=404) from error
+        entry = gallery.entry(enrolled.number)
         gallery.record("compare", probe=probe, entries=[enrolled.number])
         given = GivenPrint(str(entry.label), gallery.template(enrolled.number))
     return given, CaseFile(short_name(entry.source), None, entry.content.hex())

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 
 _START_S: Final = 120.0  # that a process may take to import what it needs
+_GRACE_S: Final = 3.0  # for one that starts while the server stops
 
 
 class Pool:
@@ -64,7 +65,8 @@ class Pool:
                 yield
             finally:
                 self._replacements = None
-                group.cancel_scope.cancel()
+                # anyio forgets a process whose start is cancelled
+                group.cancel_scope.deadline = anyio.current_time() + _GRACE_S
 
     async def run(
         self, request: Request, work: Callable[..., Result], *args: Any, gallery: bool = False
@@ -85,7 +87,7 @@ class Pool:
         finally:
             doing.cancel()
             gone.cancel()
-            await asyncio.wait({doing, gone})
+            await asyncio.gather(doing, gone, return_exceptions=True)
 
     async def prepare(self, work: Callable[..., object], *args: Any) -> None:
         """Do work on the gallery that no request waits for, however long it takes."""

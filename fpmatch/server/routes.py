@@ -289,8 +289,7 @@ async def verify_claim(here: Here, form: Annotated[forms.ClaimForm, FORM]) -> Do
 )
 async def remove_subject(here: Here, subject: Subject) -> Document:
     """Remove the templates of all prints of a subject."""
-    removed = await here.run_on_gallery(gallery_work.remove_subject, here.where, subject)
-    return {"removed": len(removed)}
+    return await here.run_on_gallery(gallery_work.remove_prints, here.where, subject)
 
 
 @gallery_router.delete(
@@ -298,5 +297,4 @@ async def remove_subject(here: Here, subject: Subject) -> Document:
 )
 async def remove_print(here: Here, number: int) -> Document:
     """Remove the template of entry `number`."""
-    await here.run_on_gallery(gallery_work.remove_print, here.where, number)
-    return {"removed": 1}
+    return await here.run_on_gallery(gallery_work.remove_prints, here.where, number)

@@ -65,21 +65,19 @@ class Observer:
         try:
             await self._app(scope, receive, sending)
         finally:
-            self._account(scope, method, status, time.perf_counter() - start)
-
-    def _account(self, scope: Scope, method: str, status: int, seconds: float) -> None:
-        route, client = route_of(scope), scope.get("fpmatch.client")
-        self._requests.labels(route, status).inc()
-        self._seconds.labels(route).observe(seconds)
-        fields = {
-            "address": (scope.get("client") or ("-",))[0],
-            "client": "-" if client is None else client.name,
-            "method": method,
-            "route": route,
-            "status": status,
-            "seconds": round(seconds, 4),
-        }
-        _access_log.info("%s %s %s %s %d %.3f s", *fields.values(), extra=fields)
+            route, client = route_of(scope), scope.get("fpmatch.client")
+            seconds = time.perf_counter() - start
+            self._requests.labels(route, status).inc()
+            self._seconds.labels(route).observe(seconds)
+            fields = {
+                "address": (scope.get("client") or ("-",))[0],
+                "client": "-" if client is None else client.name,
+                "method": method,
+                "route": route,
+                "status": status,
+                "seconds": round(seconds, 4),
+            }
+            _access_log.info("%s %s %s %s %d %.3f s", *fields.values(), extra=fields)
 
 
 def route_of(scope: Scope) -> str:

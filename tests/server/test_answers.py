@@ -278,6 +278,7 @@ def test_a_gallery_is_searched_compared_with_and_audited(run, sent, tmp_path, ga
         at = f"/gallery/{best['id']}"
         shown = http.post(f"{at}/compare", files=probe).json()
         assert shown["result"]["match"]
+        assert {name: shown["result"][name] for name in moved} == moved
         assert shown["reference"]["kind"] == "template"
         assert http.post(f"{at}/overlay", files=probe).content.startswith(b"\x89PNG")
         ridges = http.post(f"{at}/views", files=probe).json()["ridges"]
@@ -286,7 +287,7 @@ def test_a_gallery_is_searched_compared_with_and_audited(run, sent, tmp_path, ga
         assert "a scar" in report.text
         assert "ada_left.png" in report.text
         missing = http.post("/gallery/77/compare", files=probe)
-        assert missing.json() == {"error": "no print is enrolled under the number 77"}
+        assert missing.json() == {"error": "no entry has the number 77"}
         assert http.delete(at).json() == {"removed": 1}
         assert http.delete(at).status_code == 404
         assert http.delete("/gallery/prints?subject=ada").json() == {"removed": 1}

@@ -4,8 +4,7 @@ import re
 import shutil
 import socket
 import subprocess
-import time
-from contextlib import contextmanager
+from contextlib import suppress
 from pathlib import Path
 
 import httpx
@@ -13,7 +12,7 @@ import pytest
 
 from fpmatch.server.settings import Limits
 
-from .conftest import serving
+from .conftest import serving, wait_until
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/how-to/deploy.md"
 NAME = "prints.example.org"
@@ -23,11 +22,6 @@ def block(beginning):
     """Return the one block of code of the page that begins so."""
     (text,) = re.findall(rf"```\w+\n({beginning}.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
     return text
-
-
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        return listener.getsockname()[1]
 
 
 def nginx(folder, port, behind):
@@ -61,41 +55,38 @@ def caddy(folder, port, behind):
     return ["caddy", "run", "--adapter", "caddyfile", "--config", f"{folder}/Caddyfile"]
 
 
-@contextmanager
-def behind_proxy(command, port):
-    """Run a proxy until it listens; yield a client of it."""
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as proxy:
-        try:
-            address, end = f"https://127.0.0.1:{port}", time.monotonic() + 20
-            with httpx.Client(base_url=address, verify=False, trust_env=False) as client:
-                client.headers["host"] = NAME
-                asked = {"extensions": {"sni_hostname": NAME}, "timeout": 60}
-                while time.monotonic() < end and proxy.poll() is None:
-                    try:
-                        client.get("/health", **asked)
-                        break
-                    except httpx.TransportError:
-                        time.sleep(0.1)
-                assert proxy.poll() is None, proxy.stdout.read()
-                yield lambda path, **parts: client.request(
-                    "POST" if parts else "GET", path, **asked, **parts
-                )
-        finally:
-            proxy.terminate()
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("configured", [nginx, caddy])
-def test_a_proxy_passes_requests_on_and_bounds_them(configured, prints, tmp_path):
+def test_a_proxy_passes_requests_on_and_bounds_them(configured, sent, tmp_path):
     if shutil.which(configured.__name__) is None:
         pytest.skip(f"{configured.__name__} is not installed")
-    hosts = (NAME, "127.0.0.1")
-    with serving(hosts=hosts, limits=Limits(file_megabytes=2.0)) as server:
-        port = free_port()
-        command = configured(tmp_path, port, server.base_url.port)
-        with behind_proxy(command, port) as ask:
-            assert ask("/health").json() == {"status": "ok"}
-            pair = dict.fromkeys(("probe", "reference"), ("a.png", prints["1_1.png"]))
-            assert ask("/verify", files=pair).json()["identical"] == "pixels"
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    hosts, limits = (NAME, "127.0.0.1"), Limits(file_megabytes=2.0)
+    options = {"verify": False, "trust_env": False, "headers": {"host": NAME}, "timeout": 60}
+    sni = {"sni_hostname": NAME}
+
+    def answers():
+        assert proxy.poll() is None, proxy.stdout.read()
+        with suppress(httpx.TransportError):
+            return client.get("/health", extensions=sni).json() == {"status": "ok"}
+
+    with (
+        serving(hosts=hosts, limits=limits) as server,
+        httpx.Client(base_url=f"https://127.0.0.1:{port}", **options) as client,
+        subprocess.Popen(
+            configured(tmp_path, port, server.base_url.port),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        ) as proxy,
+    ):
+        try:
+            wait_until(answers)
+            files = sent(probe="1_1.png", reference="1_1.png")
+            same = client.post("/verify", files=files, extensions=sni)
+            assert same.json()["identical"] == "pixels"
             # Caddy says that the server closed the connection: nginx reads all before it passes on
-            assert ask("/verify", content=bytes(67_000_000)).status_code in {413, 502}
+            large = client.post("/verify", content=bytes(67_000_000), extensions=sni)
+            assert large.status_code in {413, 502}
+        finally:
+            proxy.terminate()

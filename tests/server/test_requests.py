@@ -7,7 +7,7 @@ import pytest
 
 from fpmatch.server.settings import STATIC, Limits, Role
 
-from .conftest import bearer, serving
+from .conftest import bearer, serving, wait_until_ready
 
 METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE", "OPTIONS")
 FORM = "multipart/form-data"
@@ -98,6 +98,20 @@ def test_every_address_refuses(operations, ask, server, methods, parts, status, 
     assert server.get("/gallery").json()["impressions"] == 0
 
 
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({"origin": "http://localhost:8000"}, 404),
+        ({"origin": "https://localhost:8000", "sec-fetch-site": "same-origin"}, 404),
+        ({"origin": "http://localhost:9000"}, 403),
+        ({"origin": "null"}, 403),
+        ({"sec-fetch-site": "same-site"}, 403),
+    ],
+)
+def test_only_pages_of_this_server_change_something(server, headers, status):
+    refusal(server.delete("/gallery/99", headers={"host": "localhost:8000", **headers}), status)
+
+
 def test_a_body_of_unknown_size_is_refused_once_it_is_too_large(server):
     kind = {"content-type": f"{FORM}; boundary=b"}
     start = b'--b\r\nContent-Disposition: form-data; name="probe"; filename="a"\r\n\r\n'
@@ -162,6 +176,7 @@ def test_without_a_gallery_there_are_no_addresses_of_one():
         stopped = client.post("/extract", files=image)
         assert "was stopped" in refusal(stopped, 504)
         assert client.get("/about").json()["gallery"] is None
+        wait_until_ready(client)  # the process in its place has started
 
 
 TEXTS = ("a\0b", "\x1b[2J", "a\nb", "a\x9bb", "\u202eb", "a\u2028b", "x" * 5_000)

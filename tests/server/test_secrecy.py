@@ -10,12 +10,19 @@ import sys
 import pytest
 
 from fpmatch.base.plugins import forget_plugins
+from fpmatch.server import watch
 from fpmatch.server.settings import Role
 
 from .conftest import bearer, clients, serving, wait_until_ready
 
 LIBRARIES = ("sqlite", "psycopg", "traceback", "sqlalchemy", "errno", "connection refused")
 POINTS = "[fpmatch.{}]\nbroken = broken:THING\n"
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    """Let checks take long on a busy machine: here they are to fail, not to be late."""
+    monkeypatch.setattr(watch, "CHECK_S", 60.0)
 
 
 def check_answers(http, sent, log, *secrets):
@@ -50,11 +57,6 @@ def remove(gallery):
     gallery.unlink()
 
 
-def replace_by_folder(gallery):
-    gallery.unlink()
-    gallery.mkdir()
-
-
 def damage_header(gallery):
     gallery.write_bytes(b"SQLite format 3\0" + bytes(4096))
 
@@ -82,16 +84,13 @@ def running(tmp_path_factory, sent):
         yield http, gallery
 
 
-@pytest.mark.parametrize(
-    "break_it", [remove, replace_by_folder, damage_header, overwrite_end, make_unreadable]
-)
+@pytest.mark.parametrize("break_it", [remove, damage_header, overwrite_end, make_unreadable])
 def test_no_answer_says_where_a_gallery_is_or_how_it_failed(running, break_it, sent, caplog):
     http, gallery = running
     break_it(gallery)
     try:
         check_answers(http, sent, caplog, "a_secret_folder")
     finally:
-        shutil.rmtree(gallery) if gallery.is_dir() else gallery.unlink(missing_ok=True)
         shutil.rmtree(gallery.parent)
         shutil.copytree(gallery.parent.with_name("copy"), gallery.parent)
     wait_until_ready(http)

@@ -184,7 +184,7 @@ class PairComparer:
             names = [task.probes[number].name, *(task.references[k].name for k in numbers)]
             ours, evidence = self._print(probe)
             if many is not None:
-                some = many.take(place[k] for k in numbers)
+                some = many.take([place[k] for k in numbers])
                 similarity[rows] = similarities(self.matcher, ours, some)
             else:
                 similarity[rows] = self._one_by_one(probe, references, names)

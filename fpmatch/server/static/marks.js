@@ -103,9 +103,9 @@ export function minutiae(print, side, pairs, move = null, labelled = false) {
   };
 }
 
-export function links({ pairs, probe, reference }, move = null) {
+export function links({ pairs, probe, reference }, move) {
   const lines = pairs.map(([i, j], k) => {
-    const [x1, y1] = move ? move.point(probe.minutiae[i]) : probe.minutiae[i];
+    const [x1, y1] = move.point(probe.minutiae[i]);
     const [x2, y2] = reference.minutiae[j];
     return svg("line", { x1, y1, x2, y2, "data-pair": k + 1 });
   });

@@ -56,7 +56,8 @@ def test_it_opens_answers_and_lets_requests_end(tmp_path, fingers, kernels_line,
             with ThreadPoolExecutor(1) as others:
                 files = {"image": (tmp_path / "1_1.png").read_bytes()}
                 answer = others.submit(httpx.post, f"{address}stages", files=files, timeout=60)
-                time.sleep(0.2)
+                while not answer.done() and "inside 2.0" not in httpx.get(f"{address}metrics").text:
+                    time.sleep(0.01)
                 (os.killpg if group else os.kill)(server.pid, number)
                 assert answer.result().status_code == 200
             assert server.wait(30) == 0

@@ -12,6 +12,7 @@ cdef Py_ssize_t WITH_RIDGES, MINUTIAE_ALONE, SMALL_WITH_RIDGES
 
 cdef class EvidenceScorer:
     cdef readonly double[::1] evidence, feature, term
+    cdef readonly double[:, ::1] kept
     cdef const double[:, :, ::1] standard, quantiles
     cdef const double[:, ::1] limits, flow
     cdef int[::1] paired_b
@@ -25,14 +26,15 @@ cdef class EvidenceScorer:
     cpdef int choose_model(self, TemplateView a, TemplateView b) noexcept nogil
     cdef double threshold(self, Py_ssize_t smaller) noexcept nogil
     cpdef double weigh(
-        self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity, bint ridges
+        self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity, bint ridges,
+        Py_ssize_t row,
     ) noexcept nogil
     cdef int _gather(
         self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity
     ) noexcept nogil
     cdef double _total(self) noexcept nogil
     cpdef double estimate(
-        self, TemplateView a, TemplateView b, Aligner aligner, double[:, ::1] evidence, Py_ssize_t row
+        self, TemplateView a, TemplateView b, Aligner aligner, Py_ssize_t row
     ) noexcept nogil
     cdef double _condition(self) noexcept nogil
     cdef double _beyond_chance(

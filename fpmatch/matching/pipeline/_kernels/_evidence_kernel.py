@@ -62,12 +62,14 @@ class EvidenceScorer:
 
     The model is chosen first, and with it the thresholds `relaxation`, `refine` and `confident`;
     `is_small` is whether it is that of small prints. `evidence`, `feature` and the terms of the
-    amount, `term`, are those of the alignment weighed or estimated last.
+    amount, `term`, are those of the alignment weighed or estimated last; ``kept[h]`` is the
+    evidence of row h of an aligner of so many `rows`.
     """
 
-    def __init__(self, parameters, weights, capacity) -> None:
+    def __init__(self, parameters, weights, capacity, rows) -> None:
         p = parameters
-        self.evidence = np.zeros(ENTRIES)
+        self.kept = np.zeros((rows, ENTRIES))
+        self.evidence = self.kept[0]
         self.feature = np.zeros(FEATURES)
         self.standard = np.stack([model.standard for model in weights.models])
         self.limits = np.stack([model.limits for model in weights.models])
@@ -103,11 +105,12 @@ class EvidenceScorer:
         enough += self.limits[self.model, PREFILTER_GROWTH] * smaller
         return min(enough, self.limits[self.model, PREFILTER_LIMIT])
 
-    def weigh(self, a, b, aligner, similarity, ridges):
-        """Weigh the evidence in the current alignment; return the sum.
+    def weigh(self, a, b, aligner, similarity, ridges, row):
+        """Weigh the evidence in the current alignment, which is kept in a row; return the sum.
 
         The ridges are compared, warped by the mesh of pairs, if `ridges`.
         """
+        self.evidence = self.kept[row]
         self._gather(a, b, aligner, similarity)
         c, s, x, y = aligner.c, aligner.s, aligner.x, aligner.y
         if ridges and self.correlator.compare(a, b, aligner.mesh, c, s, x, y) > 0:
@@ -197,10 +200,9 @@ class EvidenceScorer:
             total += apart / self.standard[m, SPREAD, k]
         return total
 
-    def estimate(self, a, b, aligner, evidence, row):
-        """Return the estimate of -ln(FMR) by evidence that was weighed before, and a kept row."""
-        for k in range(ENTRIES):
-            self.evidence[k] = evidence[row, k]
+    def estimate(self, a, b, aligner, row):
+        """Return the estimate of -ln(FMR) of a kept row, which was weighed before."""
+        self.evidence = self.kept[row]
         self.total = self._total()
         return self._beyond_chance(a, b, aligner, row, self._condition())
 

@@ -16,7 +16,6 @@ cdef class Pipeline:
     cdef readonly RidgeSearch search
     cdef readonly float[:, ::1] similarity
     cdef readonly double[::1] total
-    cdef readonly double[:, ::1] evidence
     cdef readonly TemplateView probe
     cdef public NeighbourIndex neighbours
 

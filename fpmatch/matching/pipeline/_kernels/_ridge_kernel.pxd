@@ -18,9 +18,6 @@ cdef class RidgeCorrelator:
     cpdef int compare(
         self, TemplateView a, TemplateView b, PairMesh mesh, double c, double s, double x, double y
     ) noexcept nogil
-    cpdef int compare_rigid(
-        self, TemplateView a, TemplateView b, double c, double s, double x, double y
-    ) noexcept nogil
     cdef bint _take(
         self, TemplateView a, TemplateView b, double c, double s, double x, double y
     ) noexcept nogil

@@ -59,19 +59,16 @@ class RidgeCorrelator:
         self.s = self.x = self.y = 0.0
 
     def compare(self, a, b, mesh, c, s, x, y):
-        """Align A with B, warped by the mesh of pairs; return the number of cells compared.
+        """Align A with B, warped by the mesh of pairs, if any; return the number of cells compared.
 
         The mesh is built by the same transform. Where a print area has more than 16,384 cells,
         including its border, none are compared.
         """
         if not self._take(a, b, c, s, x, y):
             return 0
-        self._displace(a, mesh)
+        if mesh is not None:
+            self._displace(a, mesh)
         return self._correlate(a, b)
-
-    def compare_rigid(self, a, b, c, s, x, y):
-        """Align A with B by the transform alone; return the number of cells compared."""
-        return self._correlate(a, b) if self._take(a, b, c, s, x, y) else 0
 
     @cython.locals(k=cython.Py_ssize_t)
     def _take(self, a, b, c, s, x, y):

@@ -10,7 +10,7 @@ import numpy as np
 from cython.cimports.fpmatch.matching.pipeline._kernels._ridge_kernel import smaller_area
 from cython.cimports.libc.math import exp, log, log1p, log10, sqrt
 
-from fpmatch.matching.constants import comparison
+from fpmatch.matching.constants.comparison import *
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
@@ -23,36 +23,6 @@ WITH_RIDGES, MINUTIAE_ALONE, SMALL_WITH_RIDGES = range(3)
 
 TERMS = cython.declare(cython.Py_ssize_t, 5)  # that the quantiles of impostors are linear in
 FEATURES = cython.declare(cython.Py_ssize_t, 11)
-LOG_10 = cython.declare(cython.double, comparison.LOG_10)
-SMALL_AREA_PX2 = cython.declare(cython.double, comparison.SMALL_AREA_PX2)
-LEAST_RELAXED = cython.declare(cython.double, comparison.LEAST_RELAXED)
-PAIR_AREA = cython.declare(cython.double, comparison.PAIR_AREA)
-LEAST_SPREAD = cython.declare(cython.double, comparison.LEAST_SPREAD)
-LEAST_MEAN_SQUARE = cython.declare(cython.double, comparison.LEAST_MEAN_SQUARE)
-ENOUGH_MINUTIAE = cython.declare(cython.double, comparison.ENOUGH_MINUTIAE)
-ENOUGH_AREA = cython.declare(cython.double, comparison.ENOUGH_AREA)
-LEAST_AREA = cython.declare(cython.double, comparison.LEAST_AREA)
-UNIT_AREA = cython.declare(cython.double, comparison.UNIT_AREA)
-DECADES_PER_PAIR = cython.declare(cython.double, comparison.DECADES_PER_PAIR)
-USUAL_CHANCE = cython.declare(cython.double, comparison.USUAL_CHANCE)
-DENSER = cython.declare(cython.double, comparison.DENSER)
-FULL_AGREEMENT = cython.declare(cython.double, comparison.FULL_AGREEMENT)
-CELLS_PER_DECADE = cython.declare(cython.double, comparison.CELLS_PER_DECADE)
-AROUND2 = cython.declare(cython.double, comparison.AROUND2)
-BESIDE2 = cython.declare(cython.double, comparison.BESIDE2)
-LEAST_COSINE = cython.declare(cython.double, comparison.LEAST_COSINE)
-PER_AROUND = cython.declare(cython.double, comparison.PER_AROUND)
-PLACE2 = cython.declare(cython.double, comparison.PLACE2)
-TURN2 = cython.declare(cython.double, comparison.TURN2)
-DENSER_PLACE = cython.declare(cython.double, comparison.DENSER_PLACE)
-DENSER_TURN = cython.declare(cython.double, comparison.DENSER_TURN)
-FAR_SHARE = cython.declare(cython.double, comparison.FAR_SHARE)
-LEAST_BY_CHANCE = cython.declare(cython.double, comparison.LEAST_BY_CHANCE)
-ALIGNED = cython.declare(cython.double, comparison.ALIGNED)
-FULLY_ALIGNED = cython.declare(cython.double, comparison.FULLY_ALIGNED)
-FULL_CELLS = cython.declare(cython.double, comparison.FULL_CELLS)
-FEW_TO_HOLD = cython.declare(cython.double, comparison.FEW_TO_HOLD)
-ENOUGH_TO_HOLD = cython.declare(cython.double, comparison.ENOUGH_TO_HOLD)
 
 
 @cython.final

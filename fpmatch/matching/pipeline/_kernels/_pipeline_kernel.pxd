@@ -6,6 +6,9 @@ from fpmatch.matching.pipeline._kernels._ridge_search_kernel cimport RidgeSearch
 from fpmatch.matching.prints._kernels._prefilter_kernel cimport Prefilter
 from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
+# of `constants.comparison`
+cdef double REJECTED, SHORTFALL
+
 
 cdef class Pipeline:
     cdef readonly Py_ssize_t capacity, best

@@ -8,15 +8,13 @@ the prefilter's bit descriptors; after it, `reference.transform_of` fits the tra
 import cython
 import numpy as np
 
-from fpmatch.matching.constants import comparison
+from fpmatch.matching.constants.comparison import *
 from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
 from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 
 UNPAIRED = cython.declare(cython.double, float("-inf"))  # the sum where nothing is paired
-REJECTED = cython.declare(cython.double, comparison.REJECTED)
-SHORTFALL = cython.declare(cython.double, comparison.SHORTFALL)
 
 
 @cython.final

@@ -22,8 +22,7 @@ def main(folder: Path, fingers: int, impressions: int) -> None:
 
     # "extended": all pairs of one finger, and all pairs of impressions of different fingers
     reports = evaluate_matchers([folder], ["unit-circle", "paper"], protocol="extended")
-    (first,) = reports[0].sets
-    print(f"{first.genuine} genuine pairs, {first.impostor} impostor pairs")
+    print(f"{reports[0].genuine} genuine pairs, {reports[0].impostor} impostor pairs")
     for report in reports:
         (row,) = report.sets
         genuine, impostor = row.scores.split()

@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.gallery.index.prints.compare import similarities
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-from fpmatch.lab.evaluation.calibrate import ImpostorSet
-from fpmatch.lab.evaluation.rates.scores_set import Trials
+from fpmatch.gallery.index.compare import PreparedPrints, similarities
+from fpmatch.lab.evaluation.rates.scores import Trials
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.databases import prints_of
 
@@ -20,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.lab.evaluation.databases.dataset import Dataset
     from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
     from fpmatch.templates.minutiae import Template
 
@@ -33,7 +31,7 @@ def compare_all_pairs(
 ) -> NDArray[np.float64]:
     """Compare each template with every later one, by a matcher's 1:N comparison."""
     prints = [matcher.prepare(template) for template in templates]
-    many = PreparedPrints.pack(prints)
+    many = PreparedPrints(prints)
 
     def with_later_ones(k: int) -> NDArray[np.float64]:
         return similarities(matcher, prints[k], many, k + 1)
@@ -43,11 +41,11 @@ def compare_all_pairs(
 
 
 def impostors_among(
-    sets: Sequence[ExtractedSet],
+    sets: Sequence[Dataset],
     name: str,
     workers: int | None = None,
     matcher: UnitCircleMatcher = MATCHER,
-) -> ImpostorSet:
+) -> Trials:
     """Return the impostor comparisons among all impressions of all databases.
 
     Fingers of different databases count as different, so that a few databases make very many
@@ -64,5 +62,4 @@ def impostors_among(
     similarity = compare_all_pairs(templates, matcher=matcher, workers=workers)
     probe, reference = (finger[side] for side in np.triu_indices(len(templates), 1))
     impostor = probe != reference
-    trials = Trials(similarity[impostor], probe[impostor], reference[impostor], len(fingers))
-    return ImpostorSet(name, trials)
+    return Trials(similarity[impostor], probe[impostor], reference[impostor], len(fingers), name)

@@ -7,15 +7,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.gallery.batch.sources import unpack
+from fpmatch.gallery.engine.engine import processes
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.database import make_database
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-    from fpmatch.lab.evaluation.databases.protocol import Impression
+    from fpmatch.lab.evaluation.databases.dataset import Dataset, Impression
     from fpmatch.templates.minutiae import Template
 
 TRAINING_SEED: Final = 601
@@ -55,7 +56,7 @@ def make_synthetic_sets(
 
 def extract_synthetic_sets(
     first_seed: int, kept_in: Path | None, workers: int | None, fingers: int = FINGERS
-) -> list[ExtractedSet]:
+) -> list[Dataset]:
     """Make the databases, kept in a folder where it is given; return them with their templates."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = kept_in or Path(temporary)
@@ -63,15 +64,26 @@ def extract_synthetic_sets(
         return extract_folders(made, workers)
 
 
-def extract_folders(folders: Sequence[Path], workers: int | None = None) -> list[ExtractedSet]:
+def extract_folders(folders: Sequence[Path], workers: int | None = None) -> list[Dataset]:
     """Return FVC-style databases with the templates of their prints."""
-    return extract_datasets(load_datasets(folders), workers=workers) if folders else []
+    return extract_datasets(load_datasets(folders), workers) if folders else []
 
 
-def prints_of(one: ExtractedSet) -> list[tuple[Impression, Template]]:
+def extract_datasets(datasets: Sequence[Dataset], workers: int | None = None) -> list[Dataset]:
+    """Return databases with the templates of their prints."""
+    extracted = []
+    with processes(workers) as engine:
+        for dataset in datasets:
+            made = DatasetSource(dataset).templates(engine, range(len(dataset.impressions)))
+            templates = (None if one.data is None else unpack(one.data) for one in made)
+            extracted.append(replace(dataset, templates=tuple(templates)))
+    return extracted
+
+
+def prints_of(one: Dataset) -> list[tuple[Impression, Template]]:
     """Return the impressions of a database that have a template, with it."""
-    pairs = zip(one.dataset.impressions, one.extractions, strict=True)
-    return [(shown, made.template) for shown, made in pairs if made.template is not None]
+    pairs = zip(one.impressions, one.templates, strict=True)
+    return [(shown, template) for shown, template in pairs if template is not None]
 
 
 def without_ridges(template: Template) -> Template:

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.lab.evaluation.databases.dataset import Dataset
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.templates.minutiae import Template
 
     Points = NDArray[np.float64]  # (N, 2)
@@ -229,12 +228,12 @@ def command(folders: tuple[Path, ...], workers: int | None) -> None:
     click.echo(markdown_table([[*head, "transforms", "in place", "residual"], *rows]))
 
 
-def _row(extracted: ExtractedSet) -> list[str]:
-    truths = load_truth(extracted.dataset)
+def _row(extracted: Dataset) -> list[str]:
+    truths = load_truth(extracted)
     prints = [
-        (shown.finger, made.template, truth)
-        for shown, made, truth in zip(
-            extracted.dataset.impressions, extracted.extractions, truths, strict=True
+        (shown.finger, template, truth)
+        for shown, template, truth in zip(
+            extracted.impressions, extracted.templates, truths, strict=True
         )
     ]
     counts = sum((count_minutiae(template, truth) for _, template, truth in prints), Counter())
@@ -247,5 +246,5 @@ def _row(extracted: ExtractedSet) -> list[str]:
     in_place = sum(turn <= IN_PLACE_DEG and shift <= IN_PLACE_PX for turn, shift, _ in errors)
     residual = np.median([residual for *_, residual in errors] or [np.nan])
     cells = (str(counts[key]) for key in ("visible", "right", *CAUSES))
-    name, judged = extracted.dataset.name, str(len(errors))
+    name, judged = extracted.name, str(len(errors))
     return [name, *cells, judged, str(in_place), f"{residual:.2f} px"]

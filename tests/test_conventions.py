@@ -13,8 +13,8 @@ import pytest
 from fpmatch.formats.files import load_record
 from fpmatch.image.skeleton._thin_kernel import COMPILED
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.pointset.geometry.pairing import greedy_pairs
+from research.databases import extract_datasets
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 PRINTS = SHARED / "fvc" / "fvc2002"
@@ -47,9 +47,9 @@ def turns_between(prints, folder):
     show a wrong convention, many opposite ones that endings and bifurcations are confused.
     """
     turns = []
-    for impression, extraction in zip(prints.dataset.impressions, prints.extractions, strict=True):
+    for impression, template in zip(prints.impressions, prints.templates, strict=True):
         record = load_record(folder / f"{impression.path.stem}.csv", file_format="minutiae-csv")
-        ours, theirs = extraction.template.minutiae, record.single().template.minutiae
+        ours, theirs = template.minutiae, record.single().template.minutiae
         i, j = greedy_pairs(ours.xy, theirs.xy, SAME_PLACE_PX).T
         difference = np.degrees(ours.angle[i].astype(float) - theirs.angle[j])
         turns.append(np.abs((difference + 180) % 360 - 180))

@@ -65,7 +65,7 @@ def test_texts_are_short_and_notebooks_show_results(template, result):
 
 def test_what_is_shown_is_short_and_escaped(template, result):
     from fpmatch.lab.evaluation.rates.error_rates import error_rates
-    from fpmatch.lab.evaluation.rates.scores_set import unnamed_set
+    from fpmatch.lab.evaluation.rates.scores import unnamed_set
     from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 
     rng = np.random.default_rng(5)

@@ -93,7 +93,7 @@ file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
 PRINT: Final = PrintFile(path_type=Path, allow_dash=True)
 files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
-_DPI: Final = click.option(
+dpi_option: Final = click.option(
     "--dpi",
     type=float,
     help="Dots per inch of the prints.  [default: of dataset.toml beside a file, of the file, or "
@@ -160,7 +160,7 @@ def add_options(command: Callable[..., Any], options: Sequence[Any]) -> Callable
     return command
 
 
-reading_options: Final = partial(add_options, options=(_DPI, _POLARITY, _RAW))
+reading_options: Final = partial(add_options, options=(dpi_option, _POLARITY, _RAW))
 json_option: Final = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 json_array_option: Final = click.option(
     "--json", "as_json", is_flag=True, help="Print one JSON array."

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import ipaddress
+import re
 from typing import TYPE_CHECKING, Final
 
 import anyio
 from fastapi import HTTPException
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import JSONResponse
 
-from fpmatch.server.errors import BUSY, RETRY, send_error
+from fpmatch.printable import printable
+from fpmatch.server.errors import BUSY, RETRY
 from fpmatch.server.settings import LOCAL, STATIC, digest_of
 
 if TYPE_CHECKING:
@@ -24,21 +27,23 @@ SAFE: Final = ("GET", "HEAD")
 PUBLIC: Final = {"/", "/health", "/ready", "/openapi.json"} | {
     f"/{file.name}" for file in STATIC.iterdir()
 }
+_HOST: Final = re.compile(r"(\[[^\]]*\]|[^\[\]@:]*)(:\d+)?")
+_ADDRESS: Final = re.compile(r"[\d.]+|\[[\da-f:.]+\]")  # no name of another site looks like one
 _PIECE_BYTES: Final = 64 * 1024  # of an answer, handed to the connection at a time
 _DRAIN_S: Final = 2.0
 _POLICY: Final = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-_HEADERS: Final = (
-    (b"content-security-policy", _POLICY.encode()),
-    (b"x-content-type-options", b"nosniff"),
-    (b"referrer-policy", b"no-referrer"),
-    (b"cross-origin-resource-policy", b"same-origin"),
-    (b"cross-origin-opener-policy", b"same-origin"),
-    (b"permissions-policy", b"camera=(), microphone=(), geolocation=()"),
-    (b"x-frame-options", b"DENY"),
-)
+_HEADERS: Final = {
+    "content-security-policy": _POLICY,
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cross-origin-resource-policy": "same-origin",
+    "cross-origin-opener-policy": "same-origin",
+    "permissions-policy": "camera=(), microphone=(), geolocation=()",
+    "x-frame-options": "DENY",
+}
 
 
 class Access:
@@ -51,9 +56,9 @@ class Access:
     """
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
-        self._app, self._settings = app, settings
-        self._most_bytes = int(MOST_FILES * settings.limits.file_megabytes * 1e6) + FORM_BYTES
-        self.inside = self._bytes_inside = 0
+        self._app, self.settings = app, settings
+        self.most_bytes = int(MOST_FILES * settings.limits.file_megabytes * 1e6) + FORM_BYTES
+        self.inside = self.bytes_inside = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse one request, or pass it on."""
@@ -65,54 +70,36 @@ class Access:
             return
         exchange = _Exchange(self, scope, receive, send)
         try:
-            self._check(scope)
+            self._check(scope, exchange)
             if not is_public(scope) and not exchange.announced:
                 exchange.enter()
             await self._app(scope, exchange.receive, exchange.send)
         except HTTPException as refused:  # those of the application are answered there
             await _drain(scope, receive)
-            await send_error(exchange.send, refused)
+            content = {"error": printable(refused.detail)}
+            response = JSONResponse(content, refused.status_code, refused.headers)
+            await response(scope, receive, exchange.send)
         finally:
             exchange.leave()
 
-    def enter(self, size: int) -> None:
-        """Count a request whose body has so many bytes; HTTPException if there are too many."""
-        limits = self._settings.limits
-        most = 1e6 * limits.megabytes_at_once
-        if self.inside >= limits.requests or (self.inside and self._bytes_inside + size > most):
-            raise HTTPException(503, BUSY, RETRY)
-        self.inside += 1
-        self._bytes_inside += size
-
-    def leave(self, size: int) -> None:
-        """Count a request no longer."""
-        self.inside -= 1
-        self._bytes_inside -= size
-
-    def check_size(self, size: int) -> None:
-        """Raise HTTPException if a body is too large."""
-        if size > self._most_bytes:
-            most = self._settings.limits.file_megabytes
-            raise HTTPException(413, f"a file may have {most:g} MB, and this is more")
-
-    def slowest(self, size: int) -> float:
-        """Return the seconds that so many bytes may take on their way."""
-        limits = self._settings.limits
-        return limits.slow_seconds + size / (1000 * limits.kilobytes_per_second)
-
-    def _check(self, scope: Scope) -> None:
-        headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
-        if sum(len(name) + len(value) for name, value in scope["headers"]) > HEADER_BYTES:
+    def _check(self, scope: Scope, exchange: _Exchange) -> None:
+        headers = Headers(scope=scope)
+        if sum(len(name) + len(value) for name, value in headers.raw) > HEADER_BYTES:
             raise HTTPException(400, f"the header has more than {HEADER_BYTES // 1024} kB")
-        host = headers.get(b"host", "")
-        name = _without_port(host).lower()
-        if not self._is_ours(name):
+        host = headers.get("host", "")
+        matched = _HOST.fullmatch(host.lower())
+        name = matched[1] if matched else host
+        clients = self.settings.clients
+        if not (name in self.settings.hosts or (clients and _ADDRESS.fullmatch(name))):
             raise HTTPException(421, f"this server is not called {name[:80] or 'nothing'}")
         if scope["method"] not in SAFE:
             _check_origin(headers, host)
-        length = headers.get(b"content-length", "0")
-        self.check_size(int(length) if length.isdecimal() else self._most_bytes + 1)
-        client = self._client(headers.get(b"authorization", ""))
+        length = headers.get("content-length", "0")
+        exchange.check_size(int(length) if length.isdecimal() else self.most_bytes + 1)
+        client: Client | None = LOCAL
+        if clients:  # the digest of a token gives away nothing by its timing
+            token = headers.get("authorization", "").removeprefix("Bearer ").strip()
+            client = clients.get(digest_of(token))
         if client is not None:
             scope[CLIENT] = client
         elif not is_public(scope):
@@ -123,43 +110,48 @@ class Access:
                 {"www-authenticate": "Bearer"},
             )
 
-    def _client(self, authorization: str) -> Client | None:
-        """Return who sends a request; the digest of a token gives away nothing by its timing."""
-        clients = self._settings.clients
-        if not clients:
-            return LOCAL
-        return clients.get(digest_of(authorization.removeprefix("Bearer ").strip()))
-
-    def _is_ours(self, name: str) -> bool:
-        if name in self._settings.hosts:
-            return True
-        return bool(self._settings.clients) and _is_address(name)
-
 
 class _Exchange:
     """One request and its response: both have their time, and the response gets headers."""
 
     def __init__(self, access: Access, scope: Scope, receive: Receive, send: Send) -> None:
         self._access, self._receive, self._send = access, receive, send
-        self._cache = b"no-cache" if is_public(scope) else b"no-store"
-        headers = dict(scope["headers"])
-        self.announced = headers.get(b"content-length", b"0") != b"0" or (
-            b"transfer-encoding" in headers
-        )
+        self._limits = access.settings.limits
+        self._cache = "no-cache" if is_public(scope) else "no-store"
+        headers = Headers(scope=scope)
+        self.announced = headers.get("content-length", "0") != "0" or "transfer-encoding" in headers
         self._may_be_left = self.announced and scope.get("http_version", "1.1")[0] == "1"
         self._start = anyio.current_time()
         self._size = self._sent = 0
         self._inside = self._dropped = False
 
     def enter(self) -> None:
-        """Count the request as inside."""
-        self._access.enter(self._size)
+        """Count the request as inside; HTTPException if there are too many, or too many bytes."""
+        access, most = self._access, 1e6 * self._limits.megabytes_at_once
+        if access.inside >= self._limits.requests or (
+            access.inside and access.bytes_inside + self._size > most
+        ):
+            raise HTTPException(503, BUSY, RETRY)
+        access.inside += 1
+        access.bytes_inside += self._size
         self._inside = True
 
     def leave(self) -> None:
         """Count the request no longer, if it was counted."""
         if self._inside:
-            self._access.leave(self._size)
+            self._access.inside -= 1
+            self._access.bytes_inside -= self._size
+
+    def check_size(self, size: int) -> None:
+        """Raise HTTPException if a body is too large."""
+        if size > self._access.most_bytes:
+            most = self._limits.file_megabytes
+            raise HTTPException(413, f"a file may have {most:g} MB, and this is more")
+
+    def _late(self, size: int) -> float:
+        """Return the time by which so many bytes must have gone their way."""
+        rate = 1000 * self._limits.kilobytes_per_second
+        return self._start + self._limits.slow_seconds + size / rate
 
     async def receive(self) -> Message:
         """Return the next part of the body, or that the client has closed the connection.
@@ -168,13 +160,12 @@ class _Exchange:
         """
         if self._inside:
             return await self._receive()
-        late = self._start + self._access.slowest(self._size)
-        with anyio.move_on_at(late) as waiting:
+        with anyio.move_on_at(self._late(self._size)) as waiting:
             message = await self._receive()
         if waiting.cancelled_caught:
             raise HTTPException(408, "the request took too long to arrive")
         self._size += len(message.get("body", b""))
-        self._access.check_size(self._size)
+        self.check_size(self._size)
         if message["type"] == "http.request" and not message.get("more_body", False):
             self.enter()
         return message
@@ -183,16 +174,17 @@ class _Exchange:
         """Send one message of the response, in pieces; nothing more once it is too late."""
         if message["type"] == "http.response.start":
             self._start = anyio.current_time()
-            added = [*_HEADERS, (b"cache-control", self._cache)]
+            headers = MutableHeaders(raw=list(message.get("headers", ())))
+            headers.update({**_HEADERS, "cache-control": self._cache})
             if self._may_be_left and not self._inside:  # the rest of the body is not read
-                added.append((b"connection", b"close"))
-            await self._send({**message, "headers": [*message.get("headers", ()), *added]})
+                headers["connection"] = "close"
+            await self._send({**message, "headers": headers.raw})
             return
         body = message.get("body", b"")
         for begin in range(0, max(len(body), 1), _PIECE_BYTES):
             piece = body[begin : begin + _PIECE_BYTES]
             more = message.get("more_body", False) or begin + _PIECE_BYTES < len(body)
-            with anyio.move_on_at(self._start + self._access.slowest(self._sent)) as sending:
+            with anyio.move_on_at(self._late(self._sent)) as sending:
                 if not self._dropped:
                     await self._send({**message, "body": piece, "more_body": more})
             self._dropped |= sending.cancelled_caught
@@ -204,33 +196,12 @@ def is_public(scope: Scope) -> bool:
     return scope["method"] in SAFE and scope["path"] in PUBLIC
 
 
-def _check_origin(headers: dict[bytes, str], host: str) -> None:
+def _check_origin(headers: Headers, host: str) -> None:
     """Refuse requests from the pages of other sites."""
-    site = headers.get(b"sec-fetch-site", "same-origin")
-    origin = headers.get(b"origin")
+    site, origin = headers.get("sec-fetch-site", "same-origin"), headers.get("origin")
     foreign = origin is not None and origin.lower().partition("://")[2] != host.lower()
     if foreign or site not in {"same-origin", "none"}:
         raise HTTPException(403, "only the page of this server may request this")
-
-
-def _without_port(host: str) -> str:
-    """Return the name of a Host header; all of it where what follows the name is no port.
-
-    Examples
-    --------
-    >>> _without_port("localhost:8000"), _without_port("[::1]:8000"), _without_port("host")
-    ('localhost', '[::1]', 'host')
-    """
-    name, colon, port = host.rpartition(":")
-    return name if colon and port.isdecimal() else host
-
-
-def _is_address(name: str) -> bool:
-    try:
-        ipaddress.ip_address(name.removeprefix("[").removesuffix("]"))
-    except ValueError:
-        return False
-    return True
 
 
 async def _drain(scope: Scope, receive: Receive) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import secrets
 from contextlib import asynccontextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -25,7 +26,7 @@ from fpmatch.server.gallery import check_gallery, make_index
 from fpmatch.server.pool import Pool
 from fpmatch.server.routes import gallery_router, operations_router, router
 from fpmatch.server.settings import STATIC
-from fpmatch.server.watch import Check, Observer, report, route_of
+from fpmatch.server.watch import Check, Observer, route_of
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Mapping
@@ -38,11 +39,6 @@ _DESCRIPTION: Final = (
     "Two images of fingerprints in; a decision, its certainty and the recovered transform out. "
     'Errors are `{"error": "one sentence"}`.'
 )
-_INTERNAL: Final = 500
-_GONE: Final = 499  # the client has closed the connection
-_NOT_FOUND: Final = 404
-_NO_METHOD: Final = 405
-_BUSY: Final = 503
 _FAULTS: Final = {  # of the server, by the code of the error
     "missing key": "the gallery is encrypted, and the server has not its key",
     "plug-in": "a matcher or format of another package cannot be loaded",
@@ -59,7 +55,7 @@ class _Page(StaticFiles):
         """Return a file; status 404 where there is none, 405 where it is not to be read."""
         response = await super().get_response(path, {**scope, "method": "GET"})
         if scope["method"] != "GET":
-            raise HTTPException(_NO_METHOD, headers={"Allow": "GET, HEAD"})
+            raise HTTPException(405, headers={"Allow": "GET, HEAD"})
         return response
 
 
@@ -104,20 +100,15 @@ def make_app(settings: Settings, ready: Callable[[], None] = lambda: None) -> Ob
 
 async def _make_index(pool: Pool, gallery: str, made: asyncio.Event) -> None:
     """Make the index of a gallery where it lacks one, and prepare a worker for searches."""
-
-    async def tell() -> None:
-        await anyio.sleep(_QUICK_S)
-        _log.warning("the index of the gallery is being made: searches wait, or are refused")
-
+    making = asyncio.create_task(pool.prepare(make_index, gallery))
     try:
-        async with anyio.create_task_group() as group:
-            group.start_soon(tell)
-            try:
-                await pool.prepare(make_index, gallery)
-            except FpmatchError as error:  # each search meets it, too
-                _log.warning("the gallery cannot be searched: %s", error)
-            group.cancel_scope.cancel()
+        if not (await asyncio.wait([making], timeout=_QUICK_S))[0]:
+            _log.warning("the index of the gallery is being made: searches wait, or are refused")
+        await making
+    except FpmatchError as error:  # each search meets it, too
+        _log.warning("the gallery cannot be searched: %s", error)
     finally:
+        making.cancel()
         made.set()
 
 
@@ -134,12 +125,12 @@ async def _on_error(request: Request, error: Exception) -> Response:
             return _incident(request, why, str(error), 503)
         case RequestError():
             status, text = error.status, str(error)
-            if status == _BUSY:
+            if status == 503:
                 headers = RETRY
-        case FpmatchError() if status_of(error) == _INTERNAL:
+        case FpmatchError() if status_of(error) == 500:
             other = "the gallery cannot be used" if isinstance(error, GalleryError) else _UNKNOWN
             why = _FAULTS.get(error.code, other)
-            return _incident(request, why, str(error), _INTERNAL)
+            return _incident(request, why, str(error), 500)
         case FpmatchError():
             status, text = status_of(error), str(error)
         case RequestValidationError():
@@ -150,16 +141,16 @@ async def _on_error(request: Request, error: Exception) -> Response:
                 text = f"unknown form field {first['loc'][-1]!r:.80}"
             elif "UploadFile" in text:
                 text = f"{where}: must be a file, as curl -F {where}=@FILE sends it"
-        case HTTPException() if error.status_code == _NO_METHOD:
+        case HTTPException() if error.status_code == 405:
             return _no_method(request, error)
         case HTTPException():
             status, text, headers = error.status_code, str(error.detail), error.headers
-            text = "there is nothing at this address" if status == _NOT_FOUND else text
+            text = "there is nothing at this address" if status == 404 else text
         case ClientGoneError():
-            return Response(status_code=_GONE)
+            return Response(status_code=499)  # nobody reads it
         case _:
             kind = type(error).__name__
-            return _incident(request, _UNKNOWN, kind, _INTERNAL, error)
+            return _incident(request, _UNKNOWN, kind, 500, error)
     return JSONResponse({"error": printable(" ".join(text.split()))}, status, headers)
 
 
@@ -173,14 +164,15 @@ def _no_method(request: Request, error: HTTPException) -> Response:
     methods = {method.upper() for method in described or stated}
     allowed = ", ".join(sorted(methods | ({"HEAD"} if "GET" in methods else set())))
     text = f"this address takes {allowed}, not {printable(request.method)}"
-    return JSONResponse({"error": text}, _NO_METHOD, headers={"Allow": allowed})
+    return JSONResponse({"error": text}, 405, headers={"Allow": allowed})
 
 
 def _incident(
     request: Request, sentence: str, reason: str, status: int, error: Exception | None = None
 ) -> Response:
     """Log why a request failed; return the response that contains the identifier of the reason."""
+    number, why = secrets.token_hex(4), " ".join(reason.split())
     where = f"{request.method} {route_of(request.scope)}"
-    number = report(_log, f"{where}: {' '.join(reason.split())}", error)
+    _log.error("%s: %s: %s", number, where, why, exc_info=error)
     text = f"{sentence}: the log of the server has the reason under {number}"
     return JSONResponse({"error": text, "id": number}, status)

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import json
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fpmatch.errors import FpmatchError, GalleryError
-from fpmatch.printable import printable
-
-if TYPE_CHECKING:
-    from fastapi import HTTPException
-    from starlette.types import Send
 
 BUSY: Final = "too many requests at once: try again shortly"
 RETRY: Final = {"retry-after": "5"}
@@ -42,16 +36,3 @@ def status_of(error: FpmatchError) -> int:
         return 422 if error.code == "label" else 500
     is_ours = error.code == "plug-in" or "/" in error.path or "\\" in error.path
     return 500 if is_ours else 422
-
-
-async def send_error(send: Send, error: HTTPException) -> None:
-    """Send the whole response to a request that is refused."""
-    content = json.dumps({"error": printable(error.detail)}).encode()
-    described = {
-        "content-type": "application/json",
-        "content-length": str(len(content)),
-        **(error.headers or {}),
-    }
-    headers = [(name.encode(), value.encode()) for name, value in described.items()]
-    await send({"type": "http.response.start", "status": error.status_code, "headers": headers})
-    await send({"type": "http.response.body", "body": content})

@@ -30,8 +30,8 @@ from fpmatch.server.access import CLIENT
 from fpmatch.server.errors import RequestError
 from fpmatch.server.pair import EnrolledPrint, PairRequest
 from fpmatch.server.pool import Pool, Result
-from fpmatch.server.prints import PrintOptions, Upload, shown_name
-from fpmatch.server.settings import LOCAL, Client, Limits, Role, Settings
+from fpmatch.server.prints import Upload, shown_name
+from fpmatch.server.settings import LOCAL, Client, Limits, Role, Settings, fault_in
 from fpmatch.server.watch import Check
 
 MULTIPART: Final = "multipart/form-data"
@@ -67,7 +67,11 @@ def takes(*names: str) -> params.Depends:
                     else f"unknown query parameter {name!r}: this address takes none"
                 )
         if request.method == "POST":
-            _check_media_type(request.headers.get("content-type", ""))
+            media = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+            if media != MULTIPART:
+                was = f"not {media}" if media else "and the type of this body is not stated"
+                wanted = f"this address takes a form, {MULTIPART}, as curl -F sends it"
+                raise RequestError(f"{wanted}, {was}", status=415)
             given += [name for name, _ in (await request.form()).multi_items()]
         elif request.headers.get("content-length", "0") != "0":
             raise RequestError("this address takes no body", status=415)
@@ -76,15 +80,6 @@ def takes(*names: str) -> params.Depends:
                 raise RequestError(f"{name}: given {given.count(name)} times, must be given once")
 
     return cast("params.Depends", Depends(check))
-
-
-def _check_media_type(stated: str) -> None:
-    """Refuse a body of another type than that of a form with files; status 415."""
-    media = stated.partition(";")[0].strip().lower()
-    if media != MULTIPART:
-        was = f"not {media}" if media else "and the type of this body is not stated"
-        wanted = f"this address takes a form, {MULTIPART}, as curl -F sends it"
-        raise RequestError(f"{wanted}, {was}", status=415)
 
 
 class Context:
@@ -111,6 +106,11 @@ class Context:
             raise RequestError("the gallery does not answer: try again shortly", status=503)
         in_name = partial(act_as, self.client.name, work)
         return await self._pool.run(self._request, in_name, *args, gallery=True)
+
+    async def run_pair(self, pair: PairRequest, work: Callable[..., Result], *args: Any) -> Result:
+        """Return ``work(*args)``, which compares two prints."""
+        enrolled = isinstance(pair.reference, EnrolledPrint)
+        return await (self.run_on_gallery if enrolled else self.run)(work, *args)
 
     async def searchable(self) -> None:
         """Wait for the index of the gallery; refused where it is made for long."""
@@ -142,23 +142,24 @@ class _Form(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    async def read(self, field: str, limits: Limits) -> Upload:
-        """Return the bytes of an uploaded file, named as its field if it has no name to show."""
+    dpi: Dpi = None
+
+    async def read(self, field: str, limits: Limits, dpi: float | None = None) -> Upload:
+        """Return an uploaded file, named as its field if it has no name to show."""
         file: UploadFile = getattr(self, field)
         name, most = shown_name(file.filename, field), limits.file_megabytes
         if (file.size or 0) > most * 1e6:
             raise RequestError(f"larger than {most:g} MB", path=name, status=413)
-        return Upload(name, await file.read())
+        enhance = getattr(self, "enhance", "learned")
+        return Upload(name, await file.read(), limits, self.dpi if dpi is None else dpi, enhance)
 
 
 class _Probe(_Form):
     probe: _File
-    dpi: Dpi = None
 
 
 class _Image(_Form):
     image: _File
-    dpi: Dpi = None
 
 
 class _Matching(_Form):
@@ -191,7 +192,32 @@ class _Deciding(_Enhanced, _Matching):
         return PairOptions(self.known_matcher(), self.fmr, self.threshold)
 
 
-class _Drawing(_Form):
+class EnrolledPairForm(_Deciding, _Probe):
+    """A probe, to be compared with another print."""
+
+    probe_dpi: Dpi = None
+    reference_dpi: Dpi = None
+
+    async def pair(self, here: Context, number: int | None) -> PairRequest:
+        """Return the comparison of the probe with entry `number`; None: with the `reference`."""
+        probe = await self.read("probe", here.limits, self.probe_dpi)
+        reference: Upload | EnrolledPrint
+        if number is None:
+            reference = await self.read("reference", here.limits, self.reference_dpi)
+        else:
+            reference = EnrolledPrint(here.where, number)
+        return PairRequest(probe, reference, self.options(), self.enhance)
+
+
+class PairForm(EnrolledPairForm):
+    """Two prints, to be compared."""
+
+    reference: _File
+
+
+class EnrolledOverlayForm(EnrolledPairForm):
+    """A probe, to be drawn over another print."""
+
     format: Literal["png", "svg"] = "png"
     side_by_side: bool = Field(False, description="Draw the prints beside each other")
     ridges: bool = Field(False, description="Draw where the ridges agree")
@@ -201,46 +227,8 @@ class _Drawing(_Form):
         return view_of(side_by_side=self.side_by_side, ridges=self.ridges)
 
 
-class EnrolledPairForm(_Deciding, _Probe):
-    """A probe, to be compared with an enrolled print."""
-
-    probe_dpi: Dpi = None
-    reference_dpi: Dpi = None
-
-    def readings(self, limits: Limits) -> tuple[PrintOptions, PrintOptions]:
-        """Return how probe and reference are read."""
-        given = (self.probe_dpi, self.reference_dpi)
-        first, second = (self.dpi if own is None else own for own in given)
-        return (
-            PrintOptions(limits, first, self.enhance),
-            PrintOptions(limits, second, self.enhance),
-        )
-
-    async def pair(self, here: Context, number: int) -> PairRequest:
-        """Return the comparison of the probe with entry `number`."""
-        enrolled = EnrolledPrint(here.where, number)
-        probe = await self.read("probe", here.limits)
-        return PairRequest(probe, enrolled, self.readings(here.limits), self.options())
-
-
-class PairForm(EnrolledPairForm):
-    """Two prints, to be compared."""
-
-    reference: _File
-
-    async def given_pair(self, here: Context) -> PairRequest:
-        """Return the comparison of the two prints."""
-        probe = await self.read("probe", here.limits)
-        reference = await self.read("reference", here.limits)
-        return PairRequest(probe, reference, self.readings(here.limits), self.options())
-
-
-class OverlayForm(_Drawing, PairForm):
+class OverlayForm(EnrolledOverlayForm, PairForm):
     """Two prints, to be drawn over one another."""
-
-
-class EnrolledOverlayForm(_Drawing, EnrolledPairForm):
-    """A probe, to be drawn over an enrolled print."""
 
 
 class Mark(BaseModel):
@@ -254,7 +242,9 @@ class Mark(BaseModel):
     note: str = ""
 
 
-class _Examined(_Form):
+class EnrolledReportForm(EnrolledPairForm):
+    """A probe, another print, and what an examiner noted and marked."""
+
     notes: str = Field("", max_length=LONGEST_TEXT)
     marks: str = Field("[]", max_length=LONGEST_TEXT, description="JSON: list of side, x, y, note")
     case_number: str = Field(
@@ -263,23 +253,15 @@ class _Examined(_Form):
 
     def examination(self) -> tuple[str, list[dict[str, Any]], str]:
         """Return notes, marks and case number; RequestError where the marks cannot be read."""
-        why = "must be a JSON list of side, x, y and note"
         try:
             placed = TypeAdapter(list[Mark]).validate_json(self.marks)
         except ValidationError as error:
-            for fault in error.errors():
-                if fault["type"] == "extra_forbidden":
-                    why = unknown_name("key", str(fault["loc"][-1]), Mark.model_fields)
-            raise RequestError(f"marks: {why}") from None
+            raise RequestError(f"marks: {fault_in(error, Mark)}") from None
         return self.notes, [mark.model_dump() for mark in placed], self.case_number
 
 
-class ReportForm(_Examined, PairForm):
+class ReportForm(EnrolledReportForm, PairForm):
     """Two prints, and what an examiner noted and marked."""
-
-
-class EnrolledReportForm(_Examined, EnrolledPairForm):
-    """A probe, an enrolled print, and what an examiner noted and marked."""
 
 
 class StagesForm(_Enhanced, _Image):

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.search.search import Search
     from fpmatch.prints.pair import PairOptions
-    from fpmatch.server.prints import PrintOptions, Upload
+    from fpmatch.server.prints import Upload
 
 _PATIENCE_S: Final = 10.0  # of one call of a database, for requests that have begun
 _DECISION: Final = ("decision", "match", "score", "fmr", "extrapolated", "threshold", "reason")
@@ -129,16 +129,11 @@ def remove_subject(where: str, subject: str) -> list[int]:
 
 
 def verify_claim(
-    upload: Upload,
-    reading: PrintOptions,
-    where: str,
-    subject: str,
-    finger: str | None,
-    options: PairOptions,
+    upload: Upload, where: str, subject: str, finger: str | None, options: PairOptions
 ) -> dict[str, Any]:
     """Return the decision on a claimed subject (None: any finger), and what was compared."""
     threshold = options.decision_score()
-    probe = open_upload(upload, reading)
+    probe = open_upload(upload)
     with open_served_gallery(where) as gallery, _not_found():
         checked = check_claim(
             gallery,
@@ -163,13 +158,13 @@ def verify_claim(
 
 
 def identify_print(
-    upload: Upload, reading: PrintOptions, where: str, matcher: str, count: int, threshold: float
+    upload: Upload, where: str, matcher: str, count: int, threshold: float
 ) -> dict[str, Any]:
-    """Return what ``fpmatch identify --transform --json`` prints of one probe."""
-    most = reading.limits.candidates
+    """Return what ``fpmatch identify --json`` prints of one probe, and the transforms."""
+    most = upload.limits.candidates
     if count > most:
         raise RequestError(f"at most {most} candidates can be listed, not {count}")
-    given = open_upload_with_minutiae(upload, reading)
+    given = open_upload_with_minutiae(upload)
     with open_served_gallery(where) as gallery:
         search = _search(gallery, matcher)
         start = time.perf_counter()
@@ -199,16 +194,13 @@ def identify_print(
     }
 
 
-def enrol_print(
-    upload: Upload, reading: PrintOptions, where: str, label: Label | None, pattern: str
-) -> dict[str, Any]:
-    """Enrol one print in a gallery, by default under the label that `pattern` finds in its name.
+def enrol_print(upload: Upload, where: str, label: Label | None) -> dict[str, Any]:
+    """Enrol one print in a gallery, by default under the label in its name, as in 101_3.tif.
 
     In what is returned, ``enrolled`` is false where the same file was enrolled before, and
     ``unmatched`` is the reason where the print matches no other of its finger.
     """
-    # not in the working folder of the server, whose name would become a label
-    used = label or NamePattern(pattern).label(Path("/", upload.name))
+    used = label or NamePattern().label(Path(upload.name))
     if used is None:
         raise RequestError(
             "its name does not contain the subject (as 101_3.tif does); give subject and "
@@ -216,7 +208,7 @@ def enrol_print(
             path=upload.name,
         )
     used.check()
-    given = open_upload_with_minutiae(upload, reading)
+    given = open_upload_with_minutiae(upload)
     try:
         check_storable(given.template)
     except TemplateError as error:

@@ -32,9 +32,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.scene.items import Ink
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.matching.verify import Verification
     from fpmatch.prints.pair import ComparedPair, PairOptions
-    from fpmatch.server.prints import PrintOptions
     from fpmatch.templates.minutiae import Template
 
 
@@ -52,21 +50,26 @@ class EnrolledPrint:
 
 @dataclass(frozen=True, slots=True)
 class PairRequest:
-    """Two prints, how each is to be read, and how they are to be compared."""
+    """Two prints, how they are to be compared, and how images are enhanced."""
 
     probe: Upload
     reference: Upload | EnrolledPrint
-    readings: tuple[PrintOptions, PrintOptions]
     options: PairOptions
+    enhance: str
 
     def compare(self) -> ComparedPair:
         """Return the two prints and the decision."""
-        probe = open_upload(self.probe, self.readings[0])
+        return self.compare_files()[0]
+
+    def compare_files(self) -> tuple[ComparedPair, CaseFile]:
+        """Return the two prints and the decision, and the file that the reference came from."""
+        probe = open_upload(self.probe)
         if isinstance(self.reference, Upload):
-            reference = open_upload(self.reference, self.readings[1])
+            reference = open_upload(self.reference)
+            file = CaseFile.of(self.reference.name, self.reference.data)
         else:
-            reference = _open_enrolled(self.reference, self.probe.data)
-        return compare_pair(probe, reference, self.options)
+            reference, file = _open_enrolled(self.reference, self.probe.data)
+        return compare_pair(probe, reference, self.options), file
 
 
 def verify_pair(request: PairRequest) -> dict[str, Any]:
@@ -88,19 +91,11 @@ def report_pair(
     case_number: str = "",
 ) -> str:
     """Return the case report of two prints, with what an examiner noted and marked."""
-    pair, reference = request.compare(), request.reference
-    probe = CaseFile.of(request.probe.name, request.probe.data)
-    if isinstance(reference, Upload):
-        other = CaseFile.of(reference.name, reference.data)
-    else:
-        with open_served_gallery(reference.gallery) as gallery:
-            entry = gallery.entry(reference.number)
-        other = CaseFile(short_name(entry.source), None, entry.content.hex())
-    settings = settings_of(request.options, pair, request.readings[0].enhance)
+    pair, reference = request.compare_files()
     return case_report(
         pair,
-        (probe, other),
-        settings=settings,
+        (CaseFile.of(request.probe.name, request.probe.data), reference),
+        settings=settings_of(request.options, pair, request.enhance),
         case_number=case_number,
         notes=notes,
         marks=[CaseMark(**mark) for mark in marks],
@@ -151,7 +146,8 @@ def _encoded_ink(ink: Ink | None, colour: Colour) -> str | None:
     """Return an ink as a picture; None where there is none, as of a template without ridges."""
     if ink is None or not ink.coverage.any():
         return None
-    return data_url(png_bytes(rgba(ink.coverage, colour)), "png")
+    coloured = np.full((*ink.coverage.shape, 3), colour, np.uint8)
+    return data_url(png_bytes(np.dstack([coloured, ink.coverage])), "png")
 
 
 def pixels_of(given: GivenPrint) -> NDArray[np.uint8]:
@@ -172,7 +168,7 @@ def _extent(template: Template, ink: Ink | None, factor: float) -> list[int]:
     return [round(float(end) / factor) for end in ends]
 
 
-def _open_enrolled(enrolled: EnrolledPrint, probe: bytes) -> GivenPrint:
+def _open_enrolled(enrolled: EnrolledPrint, probe: bytes) -> tuple[GivenPrint, CaseFile]:
     with open_served_gallery(enrolled.gallery) as gallery:
         try:
             entry = gallery.entry(enrolled.number)
@@ -182,32 +178,24 @@ def _open_enrolled(enrolled: EnrolledPrint, probe: bytes) -> GivenPrint:
             unknown = f"no print is enrolled under the number {enrolled.number}"
             raise RequestError(unknown, status=404) from error
         gallery.record("compare", probe=probe, entries=[enrolled.number])
-        return GivenPrint(str(entry.label), gallery.template(enrolled.number))
-
-
-def rgba(coverage: NDArray[np.uint8], colour: Colour) -> NDArray[np.uint8]:
-    """Return an ink as RGB and opacity, shape (H, W, 4)."""
-    return np.dstack([np.full((*coverage.shape, 3), colour, np.uint8), coverage])
+        given = GivenPrint(str(entry.label), gallery.template(enrolled.number))
+    return given, CaseFile(short_name(entry.source), None, entry.content.hex())
 
 
 _COLOURS: Final = 11  # of the scale of agreement
 
 
 def show_views(request: PairRequest) -> dict[str, Any]:
-    """Return what the web interface shows on request."""
-    pair = request.compare()
-    return {"ridges": _ridges(pair.verification)}
-
-
-def _ridges(verification: Verification) -> dict[str, Any] | None:
+    """Return what the web interface shows on request: the map of ridge agreement, if there is."""
+    verification = request.compare().verification
     ridges, compared = verification.ridge_map, verification.compared
     if ridges is None or compared is None:
-        return None
+        return {"ridges": None}
     document = ridges.as_dict()
     cells = [(*cell, hexadecimal(agreement(cell[2]))) for cell in document["cells"]]
     colours = [hexadecimal(agreement(value)) for value in np.linspace(0, 1, _COLOURS)]
     beside = {"area_mm2": compared.ridge_area_mm2, "impostor_mean": IMPOSTOR_RIDGES}
-    return {**document, **beside, "cells": cells, "colours": colours}
+    return {"ridges": {**document, **beside, "cells": cells, "colours": colours}}
 
 
 LARGEST_STAGE_SHOWN: Final = 1200
@@ -226,21 +214,22 @@ STAGE_TEXTS: Final = {
 """Explanations of the stages, by name; a stage without one is shown too."""
 
 
-def extract_template(upload: Upload, reading: PrintOptions, file_format: str) -> tuple[bytes, str]:
+def extract_template(upload: Upload, file_format: str) -> tuple[bytes, str]:
     """Return the template of a print as the content of a file, and its suffix."""
     codec = codec_of_name(file_format)
     if codec.encode is None:
         raise RequestError(f"{codec.title} is only read, not written")
-    template = open_upload(upload, reading).template
+    template = open_upload(upload).template
     return codec.encode(TemplateRecord("", (RecordView(template),))).data, codec.suffixes[0]
 
 
-def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
+def show_stages(upload: Upload) -> dict[str, Any]:
     """Return the stages of an extraction as pictures; by name, range and words."""
-    given = open_upload(upload, reading)
+    given = open_upload(upload)
     if given.assessed is None:
         raise ImageError("a template has no stages of extraction", path=given.name)
     stages = given.assessed.stages()
+    largest = dict.fromkeys(("width", "height"), LARGEST_STAGE_SHOWN)
     return {
         "name": given.name,
         "stages": [
@@ -248,13 +237,9 @@ def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
                 "name": name,
                 "words": STAGE_TEXTS.get(name, ""),
                 "range": value_range(name, array),
-                "picture": _encoded_stage(stage_picture(name, array, stages["input"])),
+                "picture": data_url(webp_bytes(reduced(picture, **largest), 88), "webp"),
             }
             for name, array in stages.items()
+            for picture in [stage_picture(name, array, stages["input"])]
         ],
     }
-
-
-def _encoded_stage(picture: NDArray[np.uint8]) -> str:
-    shown = reduced(picture, width=LARGEST_STAGE_SHOWN, height=LARGEST_STAGE_SHOWN)
-    return data_url(webp_bytes(shown, 88), "webp")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import logging
 import math
 import os
 import queue
 import signal
-from contextlib import asynccontextmanager, suppress
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from logging.handlers import QueueHandler
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
@@ -74,26 +75,17 @@ class Pool:
         if the client closes the connection, RequestError if no process is free in time, or
         the work takes too long or ends its process.
         """
-        outcome: list[Result] = []
-        failure: list[Exception] = []
-        async with anyio.create_task_group() as group:
-
-            async def watch() -> None:
-                while (await request.receive())["type"] != "http.disconnect":
-                    pass
-                group.cancel_scope.cancel()
-
-            group.start_soon(watch)
-            try:
-                outcome.append(await self._in_turn(self._limits.seconds, work, *args, of=gallery))
-            except Exception as error:  # noqa: BLE001  (raised below, out of the task group)
-                failure.append(error)
-            group.cancel_scope.cancel()
-        if failure:
-            raise failure[0]
-        if not outcome:
-            raise ClientGoneError
-        return outcome[0]
+        doing = asyncio.ensure_future(self._in_turn(self._limits.seconds, work, *args, of=gallery))
+        gone = asyncio.ensure_future(_disconnected(request))
+        try:
+            await asyncio.wait({doing, gone}, return_when=asyncio.FIRST_COMPLETED)
+            if not doing.done():
+                raise ClientGoneError
+            return doing.result()
+        finally:
+            doing.cancel()
+            gone.cancel()
+            await asyncio.wait({doing, gone})
 
     async def prepare(self, work: Callable[..., object], *args: Any) -> None:
         """Do work on the gallery that no request waits for, however long it takes."""
@@ -108,19 +100,14 @@ class Pool:
         self, seconds: float, work: Callable[..., Result], *args: Any, of: bool = False
     ) -> Result:
         """Return ``work(*args)``, after a turn among all, or among those `of` the gallery."""
-        gates = [self._gallery_turns, self._turns] if of else [self._turns]
-        entered = []
-        try:
-            with anyio.move_on_after(self._limits.wait_seconds):
-                for gate in gates:
-                    await gate.acquire()
-                    entered.append(gate)
-            if entered != gates:
+        async with AsyncExitStack() as entered:
+            with anyio.move_on_after(self._limits.wait_seconds) as waiting:
+                if of:
+                    await entered.enter_async_context(self._gallery_turns)
+                await entered.enter_async_context(self._turns)
+            if waiting.cancelled_caught:
                 raise RequestError(BUSY, status=503)
             return await self._done(seconds, work, args)
-        finally:
-            for gate in entered:
-                gate.release()
 
     async def _done(
         self, seconds: float, work: Callable[..., Result], args: tuple[Any, ...]
@@ -172,6 +159,12 @@ class Pool:
         # anyio may kill one that ends meanwhile
         with suppress(RequestError, ProcessLookupError):
             await self._in_turn(_START_S, _warm_up)
+
+
+async def _disconnected(request: Request) -> None:
+    """Return when the client has closed the connection."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
 
 
 def encoded(work: Callable[..., dict[str, Any]], *args: Any) -> bytes:

@@ -25,16 +25,13 @@ _SEPARATORS: Final = re.compile(r"[/\\]")
 
 @dataclass(frozen=True, slots=True)
 class Upload:
-    """An uploaded file: its name, which is only shown and never made a path, and its bytes."""
+    """An uploaded file, and how it is to be read.
+
+    Its name is only shown, and never made a path; `limits` are the sizes that are refused.
+    """
 
     name: str
     data: bytes = field(repr=False)
-
-
-@dataclass(frozen=True, slots=True)
-class PrintOptions:
-    """The options for reading an upload, and the sizes that are refused."""
-
     limits: Limits
     dpi: float | None = None
     enhance: str = "learned"
@@ -57,9 +54,9 @@ def shown_name(given: str | None, otherwise: str) -> str:
     return printable
 
 
-def open_upload(upload: Upload, options: PrintOptions) -> GivenPrint:
+def open_upload(upload: Upload) -> GivenPrint:
     """Return the print in an upload."""
-    limits, dpi = options.limits, options.dpi
+    limits, dpi = upload.limits, upload.dpi
     if dpi is not None:
         check_dpi(dpi)
     bounds = ImageLimits(max_megapixels=limits.megapixels, max_file_megabytes=limits.file_megabytes)
@@ -69,25 +66,21 @@ def open_upload(upload: Upload, options: PrintOptions) -> GivenPrint:
         width, height, own_dpi = first.width, first.height, first.dpi
     else:
         (height, width), own_dpi = content.pixels.shape, content.dpi or likely_dpi(content.pixels)
-    _check_size(upload.name, width, height, dpi or own_dpi, limits)
-    return make_given_print(content, upload.name, dpi=dpi, enhance=options.enhance)
+    used = dpi or own_dpi
+    megapixels = width * height * (STANDARD_DPI / used) ** 2 / 1e6
+    if megapixels > limits.megapixels_at_500_dpi or width * height > limits.megapixels * 1e6:
+        raise ImageError(  # it would occupy a worker for long
+            f"{width} x {height} pixels at {used:g} dpi are more than this server accepts: "
+            f"{limits.megapixels_at_500_dpi:g} megapixels at {STANDARD_DPI:g} dpi",
+            path=upload.name,
+        )
+    return make_given_print(content, upload.name, dpi=dpi, enhance=upload.enhance)
 
 
-def open_upload_with_minutiae(upload: Upload, options: PrintOptions) -> GivenPrint:
+def open_upload_with_minutiae(upload: Upload) -> GivenPrint:
     """Return the print in an upload, as `open_upload` does, but refuse one without minutiae."""
-    given = open_upload(upload, options)
+    given = open_upload(upload)
     if not len(given.template.minutiae):
         why = why_no_minutiae(given.quality)
         raise ImageError(why, path=given.name, code="no minutiae")
     return with_note_on_two_prints(given)
-
-
-def _check_size(name: str, width: int, height: int, dpi: float, limits: Limits) -> None:
-    """Refuse a print that would occupy a worker for long."""
-    megapixels = width * height * (STANDARD_DPI / dpi) ** 2 / 1e6
-    if megapixels > limits.megapixels_at_500_dpi or width * height > limits.megapixels * 1e6:
-        raise ImageError(
-            f"{width} x {height} pixels at {dpi:g} dpi are more than this server accepts: "
-            f"{limits.megapixels_at_500_dpi:g} megapixels at {STANDARD_DPI:g} dpi",
-            path=name,
-        )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Awaitable, Callable
 from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Query, Request, Response
@@ -15,9 +16,9 @@ from fpmatch.matching.registry import matcher_names
 from fpmatch.server import forms, pair
 from fpmatch.server import gallery as gallery_work
 from fpmatch.server.errors import NotReadyError, RequestError
-from fpmatch.server.forms import FORM, Here, LabelPart, needs, takes
+from fpmatch.server.forms import FORM, Context, Here, LabelPart, needs, takes
+from fpmatch.server.pair import PairRequest
 from fpmatch.server.pool import encoded
-from fpmatch.server.prints import PrintOptions
 from fpmatch.server.settings import Role
 
 Document = dict[str, Any]  # docs/reference/results.md describes those of the commands
@@ -127,101 +128,88 @@ async def about(here: Here) -> Document:
 @router.post("/verify", summary="Decide whether two prints are of the same finger")
 async def verify(here: Here, form: Annotated[forms.PairForm, FORM]) -> Document:
     """Return what `fpmatch verify --json` prints."""
-    return await here.run(pair.verify_pair, await form.given_pair(here))
+    return await here.run(pair.verify_pair, await form.pair(here, None))
 
 
-@router.post("/compare", summary="Decide, and return all that the web interface shows", **_SHOWN)
-async def compare(here: Here, form: Annotated[forms.PairForm, FORM]) -> Response:
-    """Return the decision, both prints with their minutiae and pictures, and the pairs."""
-    return _json(await here.run(encoded, pair.show_pair, await form.given_pair(here)))
+async def compare(here: Context, _: forms.EnrolledPairForm, prints: PairRequest) -> Response:
+    """Return the decision, both prints with their minutiae and pictures, and the pairs.
+
+    Of an enrolled print it is what its template contains.
+    """
+    return _json(await here.run_pair(prints, encoded, pair.show_pair, prints))
 
 
-@gallery_router.post(
-    "/gallery/{number}/compare",
-    summary="Compare a probe with one enrolled print",
-    dependencies=_VERIFY,
-    **_SHOWN,
-)
-async def compare_enrolled(
-    here: Here, number: int, form: Annotated[forms.EnrolledPairForm, FORM]
-) -> Response:
-    """Return what `/compare` does; of the enrolled print, what its template contains."""
-    prints = await form.pair(here, number)
-    return _json(await here.run_on_gallery(encoded, pair.show_pair, prints))
-
-
-@router.post("/overlay", summary="Draw one print, moved, over the other", **_PICTURE)
-async def overlay(here: Here, form: Annotated[forms.OverlayForm, FORM]) -> Response:
-    """Return the picture that `fpmatch verify --overlay` draws."""
-    prints, kind = await form.given_pair(here), form.format
-    content = await here.run(pair.draw_pair, prints, kind, form.view())
-    return _download(content, f"overlay.{kind}", _MEDIA[kind])
-
-
-@gallery_router.post(
-    "/gallery/{number}/overlay",
-    summary="Draw a probe, moved, over one enrolled print",
-    dependencies=_VERIFY,
-    **_PICTURE,
-)
-async def overlay_enrolled(
-    here: Here, number: int, form: Annotated[forms.EnrolledOverlayForm, FORM]
-) -> Response:
-    """Return the picture that `/overlay` returns."""
-    prints, kind = await form.pair(here, number), form.format
-    content = await here.run_on_gallery(pair.draw_pair, prints, kind, form.view())
-    return _download(content, f"overlay.{kind}", _MEDIA[kind])
-
-
-@router.post("/views", summary="Where the ridges agree", **_SHOWN)
-async def further_views(here: Here, form: Annotated[forms.PairForm, FORM]) -> Response:
+async def views(here: Context, _: forms.EnrolledPairForm, prints: PairRequest) -> Response:
     """Return the map of ridge agreement."""
-    return _json(await here.run(encoded, pair.show_views, await form.given_pair(here)))
+    return _json(await here.run_pair(prints, encoded, pair.show_views, prints))
 
 
-@gallery_router.post(
-    "/gallery/{number}/views",
-    summary="Further views of a probe and one enrolled print",
-    dependencies=_VERIFY,
-    **_SHOWN,
-)
-async def views_of_enrolled(
-    here: Here, number: int, form: Annotated[forms.EnrolledPairForm, FORM]
+async def overlay(here: Context, form: forms.EnrolledOverlayForm, prints: PairRequest) -> Response:
+    """Return the picture that `fpmatch verify --overlay` draws."""
+    kind = form.format
+    content = await here.run_pair(prints, pair.draw_pair, prints, kind, form.view())
+    return _download(content, f"overlay.{kind}", _MEDIA[kind])
+
+
+async def case_report(
+    here: Context, form: forms.EnrolledReportForm, prints: PairRequest
 ) -> Response:
-    """Return what `/views` does."""
-    prints = await form.pair(here, number)
-    return _json(await here.run_on_gallery(encoded, pair.show_views, prints))
+    """Return the page that `fpmatch verify --case-report` writes.
 
-
-@router.post("/case-report", summary="Report on a comparison, to be printed", **_PAGE)
-async def case_report(here: Here, form: Annotated[forms.ReportForm, FORM]) -> Response:
-    """Return the page that `fpmatch verify --case-report` writes."""
-    examination, prints = form.examination(), await form.given_pair(here)
-    html = await here.run(pair.report_pair, prints, *examination)
+    Of an enrolled print it has the name and the SHA-256 of the file.
+    """
+    html = await here.run_pair(prints, pair.report_pair, prints, *form.examination())
     return _download(html.encode(), "case.html", "text/html; charset=utf-8")
 
 
-@gallery_router.post(
-    "/gallery/{number}/case-report",
-    summary="Report on a comparison with one enrolled print",
-    dependencies=_VERIFY,
-    **_PAGE,
-)
-async def report_on_enrolled(
-    here: Here, number: int, form: Annotated[forms.EnrolledReportForm, FORM]
-) -> Response:
-    """Return what `/case-report` does; of the enrolled print, name and SHA-256 of its file."""
-    examination, prints = form.examination(), await form.pair(here, number)
-    html = await here.run_on_gallery(pair.report_pair, prints, *examination)
-    return _download(html.encode(), "case.html", "text/html; charset=utf-8")
+def _answer_on_pairs(
+    answer: Callable[[Context, Any, PairRequest], Awaitable[Response]],
+    name: str,
+    summary: str,
+    uploaded: type[forms.PairForm],
+    enrolled: type[forms.EnrolledPairForm],
+    content: dict[str, Any],
+) -> None:
+    """Let a function answer to the form of two prints, and of a probe for an enrolled print."""
+
+    async def of_two(here: Context, form: forms.EnrolledPairForm) -> Response:
+        return await answer(here, form, await form.pair(here, None))
+
+    async def of_entry(here: Context, form: forms.EnrolledPairForm, number: int) -> Response:
+        return await answer(here, form, await form.pair(here, number))
+
+    of_two.__annotations__ = {"here": Here, "form": Annotated[uploaded, FORM]}
+    of_entry.__annotations__ = {"here": Here, "form": Annotated[enrolled, FORM], "number": int}
+    content = content | {"name": name, "description": answer.__doc__}
+    router.post(f"/{name}", summary=summary, **content)(of_two)
+    at, of_enrolled = f"/gallery/{{number}}/{name}", f"{summary}, of an enrolled print"
+    gallery_router.post(at, summary=of_enrolled, dependencies=_VERIFY, **content)(of_entry)
+
+
+_PAIR: Final = forms.PairForm, forms.EnrolledPairForm
+_DRAWN: Final = forms.OverlayForm, forms.EnrolledOverlayForm
+_REPORT: Final = forms.ReportForm, forms.EnrolledReportForm
+for _row in (
+    (compare, "compare", "Decide, and show all", *_PAIR, _SHOWN),
+    (views, "views", "Where the ridges agree", *_PAIR, _SHOWN),
+    (
+        overlay,
+        "overlay",
+        "Draw one print over the other",
+        forms.OverlayForm,
+        forms.EnrolledOverlayForm,
+        _PICTURE,
+    ),
+    (case_report, "case-report", "Report to be printed", *_REPORT, _PAGE),
+):
+    _answer_on_pairs(*_row)
 
 
 @router.post("/extract", summary="Return the template of a print", **_FILE)
 async def extract(here: Here, form: Annotated[forms.ExtractForm, FORM]) -> Response:
     """Return the template as a file: JSON, which is complete, or another format."""
     upload = await form.read("image", here.limits)
-    reading = PrintOptions(here.limits, form.dpi, form.enhance)
-    content, suffix = await here.run(pair.extract_template, upload, reading, form.format)
+    content, suffix = await here.run(pair.extract_template, upload, form.format)
     media = "application/json" if suffix == ".json" else "application/octet-stream"
     return _download(content, f"template{suffix}", media)
 
@@ -230,8 +218,7 @@ async def extract(here: Here, form: Annotated[forms.ExtractForm, FORM]) -> Respo
 async def stages(here: Here, form: Annotated[forms.StagesForm, FORM]) -> Response:
     """Return the pictures that `fpmatch extract --format stages` writes."""
     upload = await form.read("image", here.limits)
-    reading = PrintOptions(here.limits, form.dpi, form.enhance)
-    return _json(await here.run(encoded, pair.show_stages, upload, reading))
+    return _json(await here.run(encoded, pair.show_stages, upload))
 
 
 @gallery_router.get("/gallery", summary="Counts and sizes of the gallery", dependencies=_READ)
@@ -246,12 +233,11 @@ async def gallery(here: Here) -> Document:
     dependencies=_VERIFY,
 )
 async def identify(here: Here, form: Annotated[forms.IdentifyForm, FORM]) -> Document:
-    """Return what `fpmatch identify --transform --json` prints of one probe."""
+    """Return what `fpmatch identify --json` prints of one probe, and the transforms."""
     await here.searchable()
     upload = await form.read("probe", here.limits)
-    reading = PrintOptions(here.limits, form.dpi)
     options = form.known_matcher(), form.candidates, form.threshold
-    arguments = (upload, reading, here.where, *options)
+    arguments = (upload, here.where, *options)
     return await here.run_on_gallery(gallery_work.identify_print, *arguments)
 
 
@@ -266,8 +252,7 @@ async def enrol(here: Here, response: Response, form: Annotated[forms.EnrolForm,
         raise RequestError("subject: required with finger or impression")
     parts = form.subject.strip(), form.finger.strip(), form.impression.strip()
     label = Label(*parts) if form.subject else None
-    reading = PrintOptions(here.limits, form.dpi)
-    arguments = (upload, reading, here.where, label, here.settings.pattern)
+    arguments = (upload, here.where, label)
     document: Document = await here.run_on_gallery(gallery_work.enrol_print, *arguments)
     if not document["enrolled"]:
         response.status_code = 200
@@ -293,10 +278,8 @@ async def list_prints(here: Here, subject: Subject) -> Document:
 async def verify_claim(here: Here, form: Annotated[forms.ClaimForm, FORM]) -> Document:
     """Return what `fpmatch verify --gallery --subject --json` prints."""
     upload = await form.read("probe", here.limits)
-    reading = PrintOptions(here.limits, form.dpi, form.enhance)
-    claim = form.subject, form.finger or None
-    arguments = (upload, reading, here.where, *claim, form.options())
-    return await here.run_on_gallery(gallery_work.verify_claim, *arguments)
+    claim = form.subject, form.finger or None, form.options()
+    return await here.run_on_gallery(gallery_work.verify_claim, upload, here.where, *claim)
 
 
 @gallery_router.delete(

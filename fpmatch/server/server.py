@@ -9,6 +9,7 @@ import os
 import secrets
 import signal
 import socket
+import threading
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, cast
@@ -17,9 +18,10 @@ from hypercorn.asyncio import serve as serve_app
 from hypercorn.config import Config
 
 from fpmatch.base.output import reason
-from fpmatch.errors import FpmatchError
-from fpmatch.server.interrupt import interrupt_kept_from_children
-from fpmatch.server.settings import Client, Role, check_token, digest_of
+from fpmatch.server.access import HEADER_BYTES
+from fpmatch.server.app import make_app
+from fpmatch.server.settings import Client, Role, SettingsError, check_token, digest_of
+from fpmatch.server.watch import set_up_logging
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -29,16 +31,9 @@ if TYPE_CHECKING:
     from fpmatch.server.settings import Limits, Settings
 
 _BACKLOG: Final = 128  # connections that wait to be accepted
-_TOKEN_BYTES: Final = 24
-_LAST_PORT: Final = 65_535
-_HEADER_BYTES: Final = 16 * 1024
 _START_S: Final = 150  # for the worker processes to start
 _GRACE_S: Final = 5  # for requests to end when the server is stopped
 _log: Final = logging.getLogger(__name__)
-
-
-class ServeError(FpmatchError):
-    """A server cannot be started on a host and port."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +62,8 @@ def bind_server(
     if token is not None:
         check_token(token)
     where = f"cannot listen on {host}, port {port}"
-    if not 0 <= port <= _LAST_PORT:
-        raise ServeError(f"{where}: ports go up to {_LAST_PORT}", code="port")
+    if not 0 <= port <= 65_535:
+        raise SettingsError(f"{where}: ports go up to 65535", code="port")
     try:
         family, _, _, _, place = socket.getaddrinfo(
             host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
@@ -76,13 +71,16 @@ def bind_server(
         listener = socket.create_server(place[:2], family=family, backlog=_BACKLOG)
     except (OSError, UnicodeError) as error:
         why = reason(error) if isinstance(error, OSError) else "no such host"
-        raise ServeError(f"{where}: {why}", code="listen") from error
+        raise SettingsError(f"{where}: {why}", code="listen") from error
     own, bound = listener.getsockname()[:2]
     local = ipaddress.ip_address(own).is_loopback
     if not local and token is None and not settings.clients:
-        token = secrets.token_urlsafe(_TOKEN_BYTES)
+        token = secrets.token_urlsafe(24)
     owner = {} if token is None else {digest_of(token): Client("owner", Role.ADMIN)}
-    shown, own_name = _shown(host, own), socket.gethostname().lower()
+    own_name = socket.gethostname().lower()
+    shown = f"[{host}]" if ":" in host else host
+    if ipaddress.ip_address(own).is_unspecified:
+        shown = own_name
     known = {shown, *allowed_hosts, *(settings.hosts if local else ("localhost", own_name))}
     fragment = "" if token is None else f"#token={token}"
     hosts = tuple(sorted(name.lower() for name in known))
@@ -100,9 +98,6 @@ def serve(
 
     `log` is the format of the log, as for `fpmatch.server.watch.set_up_logging`.
     """
-    from fpmatch.server.app import make_app  # noqa: PLC0415
-    from fpmatch.server.watch import set_up_logging  # noqa: PLC0415
-
     set_up_logging(log)
     app = make_app(bound.settings, ready)
 
@@ -113,8 +108,17 @@ def serve(
                 loop.add_signal_handler(number, stop.set)
         await answer(app, bound.listener, bound.settings.limits, stop)
 
-    with interrupt_kept_from_children():  # the server stops its workers
+    # Ctrl-C reaches the whole process group, and the server stops its workers: they inherit that
+    # the main thread receives none, and another thread receives it for this process
+    masks = {signal.SIGINT} if hasattr(signal, "pthread_sigmask") else set()
+    if masks:
+        threading.Thread(target=threading.Event().wait, daemon=True).start()
+        signal.pthread_sigmask(signal.SIG_BLOCK, masks)
+    try:
         asyncio.run(main())
+    finally:
+        if masks:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, masks)
 
 
 async def answer(
@@ -127,7 +131,7 @@ async def answer(
     config.keep_alive_timeout = limits.slow_seconds  # also until the first header is whole
     # of a silent client, whatever it waits for: hypercorn itself keeps a refused web socket open
     config.read_timeout = round(limits.wait_seconds + limits.seconds + 3 * limits.slow_seconds)
-    config.h11_max_incomplete_size = _HEADER_BYTES
+    config.h11_max_incomplete_size = HEADER_BYTES
     config.graceful_timeout = _GRACE_S
     config.startup_timeout = _START_S
     config.include_server_header = False
@@ -155,10 +159,3 @@ def _on_error_of_loop(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) 
         _log.info("a connection ended: %s", error.strerror)
     else:
         loop.default_exception_handler(context)
-
-
-def _shown(host: str, own: str) -> str:
-    """Return the host as the printed address has it."""
-    if ipaddress.ip_address(own).is_unspecified:
-        return socket.gethostname().lower()
-    return f"[{host}]" if ":" in host else host

@@ -4,30 +4,29 @@ from __future__ import annotations
 
 import hashlib
 import os
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 from stat import S_IRWXO
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Annotated, Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fpmatch.base.output import reason
 from fpmatch.base.parsing import ParseError, parse_toml
 from fpmatch.base.threads import available_cores
 from fpmatch.errors import FpmatchError, unknown_name
-from fpmatch.gallery.listing.entry import FVC_PATTERN
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 STATIC: Final = Path(__file__).with_name("static")  # the web interface
 MIN_TOKEN: Final = 16  # letters
-_HEX_DIGITS: Final = 64
 _LIMITS: Final = "limits"  # the table that is no client
-_LARGEST: Final = 1_000_000  # of a limit
 
 
 class SettingsError(FpmatchError):
-    """A token, or a file of settings, cannot be used."""
+    """A token, an address or a file of settings cannot be used."""
 
 
 class Role(IntEnum):
@@ -65,20 +64,36 @@ def check_token(token: str) -> str:
     return token
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
+class _Table(BaseModel):
+    """A table of the file of settings: strict about types, unknown keys are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+_Number = Annotated[float, Field(ge=0.001, le=1e6)]
+_Count = Annotated[int, Field(ge=1, le=1_000_000)]
+
+
+class Limits(_Table):
     """Bound what one request, one client and all together may cost."""
 
-    file_megabytes: float = 32.0  # of an upload
-    megapixels: float = 32.0  # of an image, before it is decoded
-    megapixels_at_500_dpi: float = 4.0  # four flat fingers side by side have 2.5
-    seconds: float = 30.0  # of work on one request, without waiting
-    wait_seconds: float = 30.0  # that a request waits for a worker; then it is refused
-    requests: int = 64  # that have arrived and are not answered; others are refused
-    megabytes_at_once: float = 512.0  # of these; a single one is always accepted
-    candidates: int = 100  # of one identification
-    slow_seconds: float = 10.0  # until a header has arrived, and the first of a body or an answer
-    kilobytes_per_second: float = 50.0  # at least of a body or an answer, after these seconds
+    file_megabytes: _Number = 32.0  # of an upload
+    megapixels: _Number = 32.0  # of an image, before it is decoded
+    megapixels_at_500_dpi: _Number = 4.0  # four flat fingers side by side have 2.5
+    seconds: _Number = 30.0  # of work on one request, without waiting
+    # that a request waits for a worker; then it is refused
+    wait_seconds: Annotated[float, Field(ge=0, le=1e6)] = 30.0
+    requests: _Count = 64  # that have arrived and are not answered; others are refused
+    megabytes_at_once: _Number = 512.0  # of these; a single one is always accepted
+    candidates: _Count = 100  # of one identification
+    slow_seconds: _Number = 10.0  # until a header has arrived, and the first of a body or an answer
+    kilobytes_per_second: _Number = 50.0  # at least of a body or an answer, after these seconds
+
+
+class _ClientTable(_Table):
+    role: Literal["read", "verify", "enrol", "admin"]
+    token: str | None = None
+    sha256: Annotated[str, Field(pattern="^[0-9a-fA-F]{64}$")] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,9 +108,8 @@ class Settings:
     hosts: tuple[str, ...] = ("localhost", "127.0.0.1", "[::1]")
     clients: Mapping[bytes, Client] = field(default_factory=dict, repr=False)
     gallery: str | None = None  # file or URL
-    pattern: str = FVC_PATTERN  # of names of enrolled files
     workers: int = field(default_factory=available_cores)
-    limits: Limits = Limits()
+    limits: Limits = field(default_factory=Limits)
 
     @property
     def processes(self) -> int:
@@ -126,61 +140,37 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
         raise SettingsError(why, path=path, code="not private")
     limits, clients = Limits(), dict[bytes, Client]()
     for name, table in document.items():
+        model = Limits if name == _LIMITS else _ClientTable
+        what = name if name == _LIMITS else f"client {name}"
         try:
-            if name == _LIMITS:
-                limits = _parse_limits(table)
+            if not isinstance(table, dict):
+                raise SettingsError("must be a table", code="table")
+            given = model.model_validate(table)
+            if isinstance(given, Limits):
+                limits = given
                 continue
-            digest, role = _parse(table)
+            if (given.token is None) == (given.sha256 is None):
+                raise SettingsError("needs either token or sha256", code="token")
+            if given.token is not None:
+                digest = digest_of(check_token(given.token))
+            else:
+                digest = bytes.fromhex(given.sha256 or "")
+        except ValidationError as error:
+            why = f"{what}: {fault_in(error, model)}"
+            raise SettingsError(why, path=path, code="value") from None
         except SettingsError as error:
-            what = name if name == _LIMITS else f"client {name}"
-            raise SettingsError(f"{what}: {error}", path=path, code=error.code) from error
+            raise SettingsError(f"{what}: {error}", path=path, code=error.code) from None
         if digest in clients:
             other = clients[digest].name
             raise SettingsError(f"clients {other} and {name} have the same token", path=path)
-        clients[digest] = Client(name, role)
+        clients[digest] = Client(name, Role[given.role.upper()])
     return Settings(clients=clients, limits=limits)
 
 
-def _parse_limits(table: Any) -> Limits:
-    """Return the limits of a table; those that it does not name are the usual ones."""
-    if not isinstance(table, dict):
-        raise SettingsError("must be a table", code="table")
-    usual = asdict(Limits())
-    for name, value in table.items():
-        if name not in usual:
-            raise SettingsError(unknown_name("limit", name, usual), code="key")
-        whole = isinstance(usual[name], int)
-        least = 0 if name == "wait_seconds" else 1 if whole else 0.001
-        number = type(value) is int or (type(value) is float and not whole)
-        if not (number and least <= value <= _LARGEST):
-            kind = "whole number" if whole else "number"
-            raise SettingsError(f"{name} must be a {kind} from {least} to {_LARGEST}", code="value")
-    return Limits(**{name: type(usual[name])(value) for name, value in table.items()})
-
-
-def _parse(table: Any) -> tuple[bytes, Role]:
-    """Return the digest of the token of one client, and its role."""
-    if not isinstance(table, dict):
-        raise SettingsError("must be a table with role and token", code="table")
-    unknown = table.keys() - {"role", "token", "sha256"}
-    if unknown:
-        raise SettingsError(f"unknown key {min(unknown)}", code="key")
-    roles = {role.name.lower(): role for role in Role}
-    role = table.get("role")
-    if not isinstance(role, str) or role not in roles:
-        raise SettingsError(f"its role must be one of {', '.join(roles)}", code="role")
-    return _digest(table), roles[role]
-
-
-def _digest(table: Mapping[str, Any]) -> bytes:
-    token, digest = table.get("token"), table.get("sha256")
-    if (token is None) == (digest is None):
-        raise SettingsError("needs either token or sha256", code="token")
-    if isinstance(token, str):
-        return digest_of(check_token(token))
-    try:
-        if isinstance(digest, str) and len(digest) == _HEX_DIGITS:
-            return bytes.fromhex(digest)
-    except ValueError:
-        pass
-    raise SettingsError(f"its sha256 must have {_HEX_DIGITS} hexadecimal digits", code="token")
+def fault_in(error: ValidationError, model: type[BaseModel]) -> str:
+    """Return the first fault of a document as one sentence; a similar name for an unknown one."""
+    first = error.errors()[0]
+    if first["type"] == "extra_forbidden":
+        return unknown_name("key", str(first["loc"][-1]), model.model_fields)
+    where = "".join(f"{part}: " for part in first["loc"])
+    return f"{where}{first['msg'][0].lower()}{first['msg'][1:]}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import secrets
 import sys
 import time
 from typing import TYPE_CHECKING, Any, Final
@@ -86,13 +85,6 @@ class Observer:
 def route_of(scope: Scope) -> str:
     """Return the address of the API that a request is for."""
     return getattr(scope.get("route"), "path", "other")
-
-
-def report(log: logging.Logger, reason: str, error: BaseException | None = None) -> str:
-    """Log the reason of a failed request; return the identifier that the line contains."""
-    number = secrets.token_hex(4)
-    log.error("%s: %s", number, reason, exc_info=error)
-    return number
 
 
 def set_up_logging(form: str, stream: Any = None) -> None:

@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.lab.evaluation.databases.dataset import Dataset
     from fpmatch.matching.prints.prepared import PreparedTemplate
 
     Row = dict[str, Any]
@@ -139,7 +139,7 @@ def main(
     print_and_write(format_features(rows), rows, json_file)
 
 
-def pairs_of(extracted: ExtractedSet, *, ridges: bool) -> Pairs:
+def pairs_of(extracted: Dataset, *, ridges: bool) -> Pairs:
     """Compare the impressions of a database with one another."""
     made = prints_of(extracted)
     prints = [MATCHER.prepare(one if ridges else without_ridges(one)) for _, one in made]

@@ -121,9 +121,9 @@ def kinds_of(folders: Sequence[Path]) -> list[Kind]:
         synthetic.add(finger, template)
     kinds = [synthetic]
     for extracted in extract_folders(folders):
-        kinds.append(Kind(extracted.dataset.name))
+        kinds.append(Kind(extracted.name))
         for shown, template in prints_of(extracted):
-            finger = f"{extracted.dataset.name} {shown.finger}"
+            finger = f"{extracted.name} {shown.finger}"
             kinds[-1].add(finger, template, shown.path)
     return kinds
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
+from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
 from fpmatch.matching.matchers.paper import PaperMatcher
 from research.commands import Command, folders, json_file, print_and_write
 from research.tables import RHOS, format_decision
@@ -28,8 +27,8 @@ def command(folders: tuple[Path, ...], json_file: Path | None) -> None:
 
     DIR are FVC-style databases, compared as by `fpmatch evaluate --protocol extended`.
     """
-    sets = extract_datasets(with_unique_names(load_datasets(folders)), workers=1)
-    report = evaluate_templates(sets, matcher=PaperMatcher(), workers=1)
+    sets = with_unique_names(load_datasets(folders))
+    (report,) = evaluate_matchers(sets, [PaperMatcher()], workers=1)
     rows = [
         count_accepted(one.name, one.trials.similarity, one.trials.genuine) for one in report.scores
     ]

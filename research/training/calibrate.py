@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from fpmatch.errors import DatasetError
-from fpmatch.lab.evaluation.calibrate import ImpostorSet, calibrate_on, impostors_of_report
-from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-from fpmatch.lab.evaluation.run import evaluate_templates
+from fpmatch.lab.evaluation.calibrate import calibrate_on
+from fpmatch.lab.evaluation.run import evaluate_matchers
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, Calibration
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, matcher_names
@@ -28,6 +27,9 @@ from research.training.tail import with_tail
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
+
+    from fpmatch.lab.evaluation.databases.dataset import Dataset
+    from fpmatch.lab.evaluation.rates.scores import Trials
 
 # pairs held against chance lower the highest impostors: fitted to those, scores would rise again
 UNHELD: Final = UnitCircleMatcher(beyond_share=0.0)
@@ -94,8 +96,8 @@ def command(
                 calibration, provenance=replace(known, fingers=known.fingers // 2)
             )
         else:
-            report = evaluate_templates([*real, *made], matcher=name, workers=workers)
-            calibration = calibrate_on(impostors_of_report(report), matcher_name(name), origin)
+            (report,) = evaluate_matchers([*real, *made], [name], workers=workers)
+            calibration = calibrate_on(report.impostors, matcher_name(name), origin)
         if high is not None and name == DEFAULT_MATCHER:
             calibration = with_tail(calibration, high)
         target = into / f"{matcher_name(name)}.json"
@@ -104,13 +106,13 @@ def command(
 
 
 def _impostors_by_form(
-    real: Sequence[ExtractedSet], synthetic: Sequence[ExtractedSet], workers: int | None
-) -> list[ImpostorSet]:
+    real: Sequence[Dataset], synthetic: Sequence[Dataset], workers: int | None
+) -> list[Trials]:
     """Return the impostor comparisons of each real database, and of all synthetic prints."""
     impostors = []
     for sets in (real, [_without_ridges(one) for one in real]):
-        report = evaluate_templates(sets, matcher=UNHELD, workers=workers)
-        impostors += impostors_of_report(report)
+        (report,) = evaluate_matchers(sets, [UNHELD], workers=workers)
+        impostors += report.impostors
     seeds = f"seeds {TRAINING_SEED} to {TRAINING_SEED + len(synthetic) - 1}"
     for name, sets in (
         ("synthetic", synthetic),
@@ -120,11 +122,8 @@ def _impostors_by_form(
     return impostors
 
 
-def _without_ridges(extracted: ExtractedSet) -> ExtractedSet:
+def _without_ridges(extracted: Dataset) -> Dataset:
     """Return a database whose templates have no ridge field."""
-    name = f"{extracted.dataset.name}, minutiae alone"
-    extractions = tuple(
-        one if one.template is None else replace(one, template=without_ridges(one.template))
-        for one in extracted.extractions
-    )
-    return ExtractedSet(replace(extracted.dataset, name=name), extractions)
+    name = f"{extracted.name}, minutiae alone"
+    templates = (one and without_ridges(one) for one in extracted.templates)
+    return replace(extracted, name=name, templates=tuple(templates))

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.lab.evaluation.databases.dataset import Dataset
     from fpmatch.matching.pipeline.evidence import ScoreWeights
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
@@ -102,7 +102,7 @@ class AmountSample:
 
 def fit_amounts(
     weights: ScoreWeights,
-    sets: Sequence[ExtractedSet],
+    sets: Sequence[Dataset],
     *,
     workers: int | None = None,
     parameters: AmountParameters | None = None,
@@ -128,7 +128,7 @@ def fit_amounts(
 
 def samples_of_parts(
     weights: ScoreWeights,
-    sets: Sequence[ExtractedSet],
+    sets: Sequence[Dataset],
     model: str,
     *,
     genuine: bool = False,
@@ -150,7 +150,7 @@ def samples_of_parts(
 
 
 def amount_samples(
-    extracted: ExtractedSet,
+    extracted: Dataset,
     seed: int,
     *,
     weights: ScoreWeights,

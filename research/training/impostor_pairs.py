@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.gallery.index.prints.compare import similarities
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.compare import PreparedPrints, similarities
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.commands import PATH, Command, write_json
@@ -60,7 +59,7 @@ def impostor_pairs(prints: int, probes: int) -> dict[str, Any]:
         same = [k % len(names) == part % len(names) for k in range(probes)]
         pairs_of_one_sensor += count * sum(same)
         for form, (of_all, of_one) in kept.items():
-            many = PreparedPrints.pack(MATCHER.prepare(_in_form(t, form)) for t in made)
+            many = PreparedPrints(MATCHER.prepare(_in_form(t, form)) for t in made)
             for template, is_same in zip(sought, same, strict=True):
                 found = similarities(MATCHER, MATCHER.prepare(_in_form(template, form)), many)
                 high = found[found >= STORED].round(4).tolist()

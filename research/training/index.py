@@ -10,8 +10,14 @@ import numpy as np
 
 import fpmatch
 from fpmatch.base.output import check_writable
-from fpmatch.gallery.index.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
-from fpmatch.gallery.index.terms import print_terms
+from fpmatch.gallery.index.terms import (
+    CURVATURES,
+    LENGTHS,
+    MODEL_FILE,
+    SECTORS,
+    IndexModel,
+    print_terms,
+)
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.commands import PATH, Command, write_json

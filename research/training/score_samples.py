@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.lab.evaluation.databases.protocol import choose_pairs
+from fpmatch.lab.evaluation.databases.dataset import choose_pairs
 from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER, view_of
 from fpmatch.matching.parameters import USUAL
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.lab.evaluation.databases.dataset import Dataset
     from fpmatch.matching.prints.prepared import PreparedTemplate
 
 SEED: Final = 18
@@ -78,7 +78,7 @@ class ScoreSample:
 
 
 def sample_of(
-    extracted: ExtractedSet,
+    extracted: Dataset,
     parameters: SampleParameters | None = None,
     *,
     ridges: bool = True,
@@ -89,10 +89,9 @@ def sample_of(
     With `window_px`, windows of that side at 500 dpi are cut from the probes.
     """
     p = parameters or SampleParameters()
-    pairs = choose_pairs(extracted.dataset.impressions)
+    pairs = choose_pairs(extracted.impressions)
     templates = [
-        one if one is None or ridges else without_ridges(one)
-        for one in (extraction.template for extraction in extracted.extractions)
+        one if one is None or ridges else without_ridges(one) for one in extracted.templates
     ]
     every = p.every_impostor
     prints = probes = [None if one is None else MATCHER.prepare(one) for one in templates]
@@ -121,7 +120,7 @@ def sample_of(
     shape = (len(rows), 2, HYPOTHESES, len(FEATURES))
     features = np.array(rows).reshape(shape)
     return ScoreSample(
-        extracted.dataset.name,
+        extracted.name,
         features[:, 1],
         features[:, 0],
         np.array(descriptors, np.float64).reshape(-1, 2),
@@ -132,7 +131,7 @@ def sample_of(
 
 
 def samples_of(
-    sets: Sequence[ExtractedSet],
+    sets: Sequence[Dataset],
     parameters: SampleParameters | None = None,
     *,
     workers: int | None = None,

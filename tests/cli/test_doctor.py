@@ -1,6 +1,5 @@
 """`fpmatch doctor`, and notes of commands that kernels are not compiled, or out of date."""
 
-import importlib
 import json
 import re
 from importlib.metadata import PackageNotFoundError
@@ -24,8 +23,7 @@ NOTE = "fpmatch: note: 5 kernels out of date"
 @pytest.fixture
 def outdated(monkeypatch):
     """Let five kernels be out of date."""
-    evaluate = importlib.import_module("fpmatch.lab.cli.evaluate")
-    for module in (kernels, installation, evaluate):
+    for module in (kernels, installation):
         monkeypatch.setattr(module, "outdated_kernels", lambda: NAMES)
 
 
@@ -37,16 +35,6 @@ def test_a_command_notes_outdated_kernels_once_and_its_result_is_as_it_was(run, 
     assert json.loads(result.stdout)["match"] is True
     of_research = CliRunner().invoke(Command("measure", callback=lambda: None))
     assert (of_research.exit_code, of_research.stderr.startswith(NOTE)) == (0, True)
-
-
-@pytest.mark.usefixtures("outdated")
-def test_no_baseline_is_compared_with_them(run, prints, tmp_path):
-    scores = tmp_path / "scores.csv"
-    scores.write_text("probe,reference,score\n1_1,1_2,50\n1_1,2_1,1\n2_1,2_2,60\n1_2,2_2,2\n")
-    result = run("evaluate", prints, "--baseline", scores)
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert "--baseline" in result.stderr.splitlines()[-1]
-    assert run("rates", scores, "--baseline", scores, "--bootstrap", 0).exit_code == 0
 
 
 @pytest.mark.parametrize(

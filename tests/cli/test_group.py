@@ -40,7 +40,7 @@ WRONG_USAGE = {
     "evaluate x": "--workers 0 | --protocol all | --enhance gabor | --fmr 0",
     "rates": "--fmr 0.1 | s.csv --matcher paper | s.csv --fmr 0 | --genuine-scores g.txt",
     "gallery": "remove x | list x --failures --subject 1 | list x --summary --failures | "
-    "rewrite x --encrypt --decrypt | audit verify x --expect 1 | audit switch x off",
+    "audit verify x --expect one 1",
     "identify x y": "--effort 3 | --effort few",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
     "extract a -o b": "--enhance gabor | --subject 1",

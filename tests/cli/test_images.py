@@ -45,7 +45,8 @@ def test_bare_pixels_are_the_print_that_they_are(run, prints, bare, tmp_path):
     assert load_template(tmp_path / "both" / "1_1.json").width == 280
     gallery = tmp_path / "prints.db"
     assert run("enrol", gallery, bare, *size, "--workers", 1).exit_code == 0
-    assert first_score(run("identify", gallery, bare, *size, "--workers", 1, "--json")) > 40
+    probe = tmp_path / "both" / "1_1.json"
+    assert first_score(run("identify", gallery, probe, "--workers", 1, "--json")) > 40
     assert "280 x 300 px" in run("inspect", bare, "--raw", "280x300").stdout
     assert_refused(run("verify", bare, prints / "1_1.png", "--raw", "100x100"), "84000")
 

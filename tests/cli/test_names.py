@@ -127,8 +127,8 @@ CASES = {
         ("{out}/new.db {dir}/.. --by-folder --workers 1 --json", None),
     ],
     "identify": [
-        ("{gallery} {dir} --workers 1 --json --transform", 0),
-        ("{gallery} {manifest} --workers 1 --all", 0),
+        ("{gallery} {dir} --workers 1 --json", 0),
+        ("{gallery} {manifest} --workers 1", 0),
         ("{gallery} --probes {dir} -o {out}/c.csv --workers 1", 0),
     ],
     "gallery list": [

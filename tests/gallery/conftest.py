@@ -12,7 +12,7 @@ from pathlib import Path
 import platformdirs
 import pytest
 
-from fpmatch.gallery.encryption.key_text import make_keys
+from fpmatch.gallery.encryption.keys import make_keys
 from fpmatch.gallery.gallery import open_gallery
 
 sys.path.append(str(Path(__file__).parent))  # of `made_prints`

@@ -11,6 +11,7 @@ from made_prints import FAKE, changed, entry_of, flipped, scattered
 
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.batch.sources import open_source
+from fpmatch.gallery.cli.export import export_gallery
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
@@ -20,9 +21,8 @@ from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
-from fpmatch.gallery.tasks.export import export_templates
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 
 PRINTS = 6  # two of each of three subjects
 DAMAGED = 3
@@ -92,7 +92,7 @@ few = pytest.mark.parametrize("place", ["bit", "step", "dpi text"], indirect=Tru
 SOUND = [k for k in range(1, PRINTS + 1) if k != DAMAGED]
 
 
-def test_identification_goes_on_without_it(place):
+def test_every_reader_skips_it(place, tmp_path):
     with open_gallery(place) as gallery:
         search = open_search(gallery, engine=serial())
         _, own = identify_entries(gallery, search, scattered(DAMAGED, 30), listed="impressions")
@@ -103,22 +103,19 @@ def test_identification_goes_on_without_it(place):
             found, entries = identify_entries(gallery, search, scattered(1, 30), listed=listed)
             assert (len(entries), entries[0].id, found.enrolled) == (3, 1, len(SOUND))
             assert [one.rank for one in found.candidates] == [1, 2, 3]
-
-
-def test_claims_exports_checks_and_sources_skip_it(place, tmp_path):
-    with open_gallery(place) as gallery:
         checked = check_claim(gallery, scattered(4, 30), "2")
         assert [entry.id for entry in checked.entries] == [4]
         assert checked.as_dict()["damaged"] in {0, 1}  # 0: nothing shows whose it was
-        assert [check.name for check in check_fingers(gallery)] == ["1", "3"]
-        assert export_templates(gallery, tmp_path / "out") == len(SOUND)
+        assert [check["subject"] for check in check_fingers(gallery)] == ["1", "3"]
         assert list(find_damaged(gallery)) == [DAMAGED]
         assert [entry.id for entry in gallery.entries() if entry.id != DAMAGED] == SOUND
         assert summarize(gallery)["impressions"] + summarize(gallery)["damaged"] == PRINTS
+    assert export_gallery(str(place), tmp_path / "out", "json", None) == 1
     dataset = load_dataset(place)
-    (made,) = extract_datasets([dataset])
-    assert len([one for one in made.extractions if one.template is not None]) == len(SOUND)
-    assert len(made.extractions) + len(dataset.notes) == PRINTS
+    names = DatasetSource(dataset).names
+    made = list(DatasetSource(dataset).templates(serial(), range(len(names))))
+    assert len([one for one in made if one.data is not None]) == len(SOUND)
+    assert len(made) + len(dataset.notes) == PRINTS
     source = open_source(place)
     items = list(source.templates(serial(), range(len(source.names))))
     assert sum(item.data is not None for item in items) == len(SOUND)
@@ -143,33 +140,27 @@ def test_commands_name_it_once_and_count_it(run, place, tmp_path):
     probe = tmp_path / "probe.json"
     save_template(probe, scattered(1, 30))
 
-    def named(result):
-        assert "Traceback" not in result.output
-        return result.stderr.count(f"entry {DAMAGED} is skipped")
+    def named(*words, status=0, times=1):
+        """Return the JSON that a command prints, which names the entry."""
+        result = run(*words, "--json")
+        assert result.exit_code == status, result.output
+        assert result.stderr.count(f"entry {DAMAGED} is skipped") == times
+        return json.loads(result.stdout)
 
-    for words in (["identify"], ["identify", "--all"]):
-        result = run(words[0], place, probe, "--json", "--workers", "1", *words[1:])
-        document = json.loads(result.stdout)
-        assert (result.exit_code, named(result), document["damaged"]) == (0, 1, 1)
-        assert document["probes"][0]["candidates"][0]["id"] == 1
-    result = run("gallery", "check", place)
-    assert result.exit_code == 1
-    assert f"entry {DAMAGED} is damaged: " in result.stdout
-    checks = json.loads(run("gallery", "check", place, "--json").stdout)
+    document = named("identify", place, probe, "--workers", "1")
+    assert document["damaged"] == 1
+    assert document["probes"][0]["candidates"][0]["id"] == 1
+    checks = named("gallery", "check", place, status=1, times=0)
     assert [one["groups"] for one in checks if "damaged" in one] == [[[DAMAGED]]]
-    result = run("extract", "--gallery", place, "-o", tmp_path / "out")
-    assert (result.exit_code, named(result)) == (1, 1)
+    claim = ("--gallery", place, "--subject", "1")
+    assert named("verify", probe, *claim, times=0)["impressions"] == 2
+    sides = ("--references", place, "--probes", place, "-o", tmp_path / "s.csv", "--workers", "1")
+    assert len(named("score", *sides, status=1, times=0)["failures"]) == 1
+    assert len((tmp_path / "s.csv").read_text().splitlines()) > len(SOUND) ** 2
     result = run("gallery", "list", place, "--json")
-    assert len(json.loads(result.stdout)) + named(result) == PRINTS
-    summary = json.loads(run("gallery", "list", place, "--summary", "--json").stdout)
-    assert summary["damaged"] in {0, 1}
-    result = run("verify", probe, "--gallery", place, "--subject", "1", "--json")
-    assert (result.exit_code, json.loads(result.stdout)["impressions"]) == (0, 2)
-    sides = ("--references", place, "--probes", place)
-    result = run("score", *sides, "-o", tmp_path / "scores.csv", "--json", "--workers", "1")
-    assert result.exit_code == 1
-    assert len(json.loads(result.stdout)["failures"]) == 1
-    assert len((tmp_path / "scores.csv").read_text().splitlines()) > len(SOUND) ** 2
+    skipped = result.stderr.count(f"entry {DAMAGED} is skipped")
+    assert len(json.loads(result.stdout)) + skipped == PRINTS
+    assert run("extract", "--gallery", place, "-o", tmp_path / "out").exit_code == 1
 
 
 def test_text_that_is_not_utf_8_is_damage_of_one_entry(tmp_path):

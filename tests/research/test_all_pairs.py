@@ -6,7 +6,7 @@ import pytest
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import Minutiae, Template
 from research.all_pairs import compare_all_pairs, impostors_among
-from tests.lab.evaluation.made_sets import extracted_set
+from tests.research.made_sets import extracted_set
 
 
 def made(seed, n):
@@ -38,10 +38,10 @@ def a_set(name, seed):
 def test_among_all_impressions_are_those_of_other_fingers(workers):
     sets = [a_set("one", 1), a_set("two", 2)]
     shown = [
-        (number, impression.finger, found.template)
+        (number, impression.finger, template)
         for number, one in enumerate(sets)
-        for impression, found in zip(one.dataset.impressions, one.extractions, strict=True)
-        if found.template is not None
+        for impression, template in zip(one.impressions, one.templates, strict=True)
+        if template is not None
     ]
     similarities = [
         MATCHER.compare(MATCHER.prepare(a), MATCHER.prepare(b)).similarity
@@ -49,6 +49,6 @@ def test_among_all_impressions_are_those_of_other_fingers(workers):
         if finger != other
     ]
     found = impostors_among(sets, "both", workers)
-    assert (found.name, found.trials.fingers) == ("both", 4)
-    assert found.trials.similarity.tolist() == similarities
-    assert not found.trials.genuine.any()
+    assert (found.name, found.fingers) == ("both", 4)
+    assert found.similarity.tolist() == similarities
+    assert not found.genuine.any()

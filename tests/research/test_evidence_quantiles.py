@@ -21,7 +21,7 @@ from research.training.evidence_quantiles import (
     fit_amounts,
     fit_quantile,
 )
-from tests.lab.evaluation.made_sets import extracted_set
+from tests.research.made_sets import extracted_set
 
 SLOW = pytest.mark.skipif(not COMPILED, reason="minutes where kernels are interpreted")
 FEW = AmountParameters(fragments=(3, 6), windows_px=(96,), probes=6, references=5)

@@ -17,7 +17,7 @@ from research.training.score_samples import (
     sample_of,
     samples_of,
 )
-from tests.lab.evaluation.made_sets import extracted_set
+from tests.research.made_sets import extracted_set
 
 N = len(FEATURES)
 OF_MATCHES = USUAL.hypotheses
@@ -40,8 +40,7 @@ def two_fingers():
 
 def of_templates(extracted, change):
     """Return a set whose templates are changed."""
-    changed = tuple(replace(one, template=change(one.template)) for one in extracted.extractions)
-    return replace(extracted, extractions=changed)
+    return replace(extracted, templates=tuple(map(change, extracted.templates)))
 
 
 def without_field(template):
@@ -50,7 +49,7 @@ def without_field(template):
 
 def ordered_pairs(extracted):
     """Return all pairs of prepared prints, each in the order of their content."""
-    prints = [MATCHER.prepare(one.template) for one in extracted.extractions]
+    prints = [MATCHER.prepare(one) for one in extracted.templates]
     return [sorted(pair, key=lambda side: side.key) for pair in combinations(prints, 2)]
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.gallery.index.model import MODEL_FILE, TERMS, index_model
+from fpmatch.gallery.index.terms import MODEL_FILE, TERMS, index_model
 from fpmatch.image.quality.measures import QualityMeasures
 from fpmatch.image.quality.print_quality import (
     FEATURES,

@@ -1,10 +1,10 @@
-"""What the tests of the server share: a client of it, prints as bytes, and `pool_work`."""
+"""What the tests of the server share: a server, clients of it, prints as bytes, and `pool_work`."""
 
 import asyncio
 import io
-import os
 import socket
 import sys
+import tempfile
 import threading
 import time
 from contextlib import contextmanager
@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import fpmatch
+
 sys.path.append(str(Path(__file__).parent))
 
 LARGE_BYTES = 6_000_000
-
 NEEDED = ("fastapi", "h11", "httpx", "hypercorn", "prometheus_client")
 if not all(map(find_spec, NEEDED)):  # of the extra `web`
     collect_ignore_glob = ["test_*.py"]
@@ -33,7 +34,7 @@ def png(pixels, dpi=500):
 
 @pytest.fixture(scope="session")
 def prints(fingers):
-    """Return PNG files: two impressions of one finger, one of another, and files that are none."""
+    """Return files: two impressions of a finger, one of another, and some that are refused."""
     first, second = fingers
     whole = png(first)
     return {
@@ -41,11 +42,40 @@ def prints(fingers):
         "1_2.png": png(np.ascontiguousarray(np.rot90(first))),
         "2_1.png": png(second),
         "untold.png": png(first, dpi=None),
+        "mirrored.png": png(np.ascontiguousarray(first[:, ::-1])),
         "blank.png": png(np.full((200, 200), 255, np.uint8)),
         "truncated.png": whole[: len(whole) // 2],
         "text.png": b"This is not an image.\n",
         "empty.png": b"",
+        "big.tif": bytes(2_010_000),
+        "huge.pgm": b"P5 20000 20000 255\n",
+        "wide.png": png(np.full((2600, 2600), 255, np.uint8), dpi=None),
     }
+
+
+@pytest.fixture(scope="session")
+def sent(prints):
+    """Return a function that returns the parts of a form with files, by the names of its fields."""
+
+    def parts(**names):
+        return {field: (name, prints[name]) for field, name in names.items()}
+
+    return parts
+
+
+def token_of(role):
+    return f"the-token-of-{role.name.lower()}"
+
+
+def bearer(role):
+    return {"authorization": f"Bearer {token_of(role)}"}
+
+
+def clients():
+    """Return a client of each role."""
+    from fpmatch.server.settings import Client, Role, digest_of
+
+    return {digest_of(token_of(role)): Client(role.name.lower(), role) for role in Role}
 
 
 async def echo(scope, receive, send):
@@ -73,7 +103,7 @@ def gallery(tmp_path_factory):
 
 
 @contextmanager
-def listening(app, limits=None, host="127.0.0.1"):
+def listening(app, limits=None):
     """Answer the requests to a port of this machine by an ASGI application; yield the port."""
     from fpmatch.server.server import answer
     from fpmatch.server.settings import Limits
@@ -85,7 +115,7 @@ def listening(app, limits=None, host="127.0.0.1"):
         started.set()
         await answer(app, listener, limits or Limits(), stops[0][1])
 
-    with socket.create_server((host, 0)) as listener:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
         thread = threading.Thread(target=lambda: asyncio.run(main(listener)))
         thread.start()
         started.wait()
@@ -97,35 +127,34 @@ def listening(app, limits=None, host="127.0.0.1"):
             thread.join()
 
 
-@contextmanager
-def served(app, limits=None):
-    """Serve an ASGI application; yield a client of it."""
-    import httpx
-
-    with listening(app, limits) as port:
-        address = f"http://127.0.0.1:{port}"
-        with httpx.Client(base_url=address, timeout=120, trust_env=False) as client:
-            yield client
+def check_secrecy(response):
+    """Check an answer: it names no folder of the server, and no file of a program."""
+    response.read()
+    text = str(response.headers)
+    if response.headers.get("content-type", "").startswith(("text", "application/json")):
+        text += response.text
+    secrets = (f"{tempfile.gettempdir()}/", str(Path(fpmatch.__file__).parent), sys.prefix, ".py")
+    assert not [secret for secret in secrets if secret in text], text[:2000]
 
 
 @contextmanager
 def serving(**settings):
     """Serve with these settings, by default on one process; yield a client of the server."""
+    import httpx
+
+    from fpmatch.gallery.gallery import open_gallery
     from fpmatch.server.app import make_app
     from fpmatch.server.settings import Settings
 
-    with served(make_app(Settings(**{"workers": 1, **settings}))) as client:
-        yield client
-
-
-@contextmanager
-def served_gallery(gallery, **settings):
-    """Serve a gallery, which is made where there is none; yield a client of the server."""
-    from fpmatch.gallery.gallery import open_gallery
-
-    open_gallery(gallery, create=True).close()
-    with serving(gallery=str(gallery), **settings) as client:
-        yield client
+    place = settings.get("gallery")
+    if isinstance(place, Path):
+        settings["gallery"] = str(place)
+        if not place.exists():
+            open_gallery(place, create=True).close()
+    with listening(make_app(Settings(**{"workers": 1, **settings}))) as port:
+        options = {"timeout": 120, "trust_env": False, "event_hooks": {"response": [check_secrecy]}}
+        with httpx.Client(base_url=f"http://127.0.0.1:{port}", **options) as client:
+            yield client
 
 
 def wait_until(condition):
@@ -141,49 +170,21 @@ def wait_until_ready(http):
 
 
 @pytest.fixture(scope="session")
-def client():
-    """Return a client of a server without a gallery, on one process."""
-    from fpmatch.server.settings import Limits
-
-    with serving(limits=Limits(file_megabytes=2.0, seconds=120)) as client:
-        yield client
-
-
-@pytest.fixture(scope="module")
 def server(tmp_path_factory):
-    """Serve a gallery that is empty at first; yield a client of the server."""
-    with served_gallery(tmp_path_factory.mktemp("gallery") / "prints.db", workers=2) as client:
+    """Serve a gallery to clients of all roles; yield a client that may request everything."""
+    from fpmatch.server.settings import Limits, Role
+
+    place = tmp_path_factory.mktemp("gallery") / "prints.db"
+    limits = Limits(file_megabytes=2.0, seconds=120)
+    with serving(gallery=place, clients=clients(), limits=limits) as client:
+        client.headers.update(bearer(Role.ADMIN))
         yield client
-
-
-@pytest.fixture(scope="module")
-def downloads(tmp_path_factory):
-    return tmp_path_factory.mktemp("downloads")
-
-
-@pytest.fixture(scope="module")
-def browser(downloads):
-    from .page import start_browser
-
-    driver = start_browser(downloads)
-    yield driver
-    driver.quit()
-
-
-@pytest.fixture(scope="module")
-def screenshots(tmp_path_factory):
-    """Return the folder that FPMATCH_SCREENSHOTS names, else a temporary one."""
-    folder = os.environ.get("FPMATCH_SCREENSHOTS")
-    if folder is None:
-        return tmp_path_factory.mktemp("screenshots")
-    Path(folder).mkdir(parents=True, exist_ok=True)
-    return Path(folder)
 
 
 @pytest.fixture
-def page(browser, server, screenshots):
-    from .page import Page
-
-    page = Page(browser, str(server.base_url), screenshots)
-    yield page
-    assert page.complaints() == []
+def http(server):
+    """Return a client of a server whose gallery is empty before and after the test."""
+    yield server
+    for subject in ("1", "2", "ada", "ada already (a/b)"):
+        server.delete("/gallery/prints", params={"subject": subject})
+    assert server.get("/gallery").json()["impressions"] == 0

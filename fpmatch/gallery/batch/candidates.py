@@ -13,16 +13,17 @@ import time
 from collections import deque
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
 from fpmatch.errors import ImageReadError, OutputError
-from fpmatch.gallery.batch.finished import finished_before, remember
+from fpmatch.gallery.batch.compare import Rows
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.gallery.batch.sources import unpack
-from fpmatch.gallery.batch.unfinished import Rows, Unfinished
+from fpmatch.gallery.batch.unfinished import Unfinished, finished_before, remember
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.search.entries import BATCH, identify_each
@@ -33,7 +34,7 @@ from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Generator, Iterator, Mapping, Sequence
+    from collections.abc import Generator, Iterator, Mapping
 
     from fpmatch.gallery.batch.sources import FolderSource, StoredTemplate
     from fpmatch.gallery.engine.engine import Engine
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
     from fpmatch.gallery.search.identification import Identification
     from fpmatch.gallery.search.search import Search, SearchOptions
     from fpmatch.templates.minutiae import Template
+
+    _Outcome = tuple[Identification, list[Entry]] | None  # None for a probe without a template
 
 IDENTIFY: Final = "identify"
 _FORMAT: Final = "4"  # of the state of an unfinished run
@@ -53,20 +56,6 @@ COLUMNS: Final = ("probe", *OF_CANDIDATES, *OF_SEARCHES, "reason")
 NO_CANDIDATE: Final = "no candidate"
 JSON_LINES: Final = ".jsonl"
 FORMATS: Final = (".csv", JSON_LINES)
-
-
-@dataclass(frozen=True, slots=True)
-class Identified:
-    """The outcome for a probe: `result` is None where there is no template, with the reason.
-
-    `entries` are those of the candidates.
-    """
-
-    path: str
-    reason: str
-    notes: tuple[str, ...]
-    result: Identification | None = None
-    entries: Sequence[Entry] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,30 +123,25 @@ def write_candidates(
     total = len(probes.paths)
     if once and (end := finished_before(target, run)) is not None:
         return SearchSummary(target, total, end.rows, end.pairs, end.failed, (), {}, 0.0)
+    as_lines = _json_lines if is_json_lines(target) else _csv_lines
     failures: list[tuple[str, str]] = []
     noted: list[tuple[str, tuple[str, ...]]] = []
 
     def rows_from(start: int) -> Generator[Rows, None, None]:
-        with closing(
-            identify_probes(gallery, search, probes, options, place, start * BATCH)
-        ) as each:
+        searched = _identify(gallery, search, probes, options, place, start * BATCH)
+        with closing(searched) as each:
             while batch := list(islice(each, BATCH)):
-                failed = [(one.path, one.reason) for one in batch if one.result is None]
+                failed = [(path, stored.reason) for path, stored, one in batch if one is None]
                 failures.extend(failed)
-                noted.extend((one.path, one.notes) for one in batch)
-                if is_json_lines(target):
-                    lines = [_json_line(one, about) for one in batch]
-                else:
-                    lines = [csv_lines([row]) for one in batch for row in _rows(one)]
+                noted.extend((path, stored.all_notes) for path, stored, _ in batch)
+                lines = [line for one in batch for line in as_lines(*one, about)]
                 yield Rows(b"".join(lines), len(batch), len(lines), len(failed))
 
     with engine or serial() as place, Unfinished(target, run) as unfinished:
         begun = time.perf_counter()
         header = b"" if is_json_lines(target) else csv_lines([COLUMNS])
-        chunks = -(-total // BATCH)
-        start, end = unfinished.write(
-            header, chunks, rows_from, lambda at: progress(IDENTIFY, at.pairs, total)
-        )
+        report = partial(progress, IDENTIFY)
+        start, end = unfinished.write(header, rows_from, lambda at: report(at.pairs, total))
     if once:
         remember(target, run, end)
     return SearchSummary(
@@ -187,15 +171,15 @@ def _description(search: Search, options: SearchOptions) -> dict[str, str]:
     }
 
 
-def identify_probes(
+def _identify(
     gallery: Gallery,
     search: Search,
     probes: FolderSource,
     options: SearchOptions,
     engine: Engine,
-    start: int = 0,
-) -> Generator[Identified, None, None]:
-    """Yield the outcome for each probe from number `start` on, in order.
+    start: int,
+) -> Generator[tuple[str, StoredTemplate, _Outcome], None, None]:
+    """Yield path, template and outcome of each probe from number `start` on, in order.
 
     Templates are extracted and compared by the workers of an engine, which is entered; the audit of
     the gallery records each search before it is yielded.
@@ -217,15 +201,11 @@ def identify_probes(
         ) as outcomes,
     ):
         for path, content, outcome in zip(names, before, outcomes, strict=True):
-            stored = pending.popleft()
-            if outcome is None:
-                yield Identified(path, stored.reason, stored.all_notes)
-                continue
-            result, entries = outcome
-            if audited and sha256_of(Path(path)) != content:
-                raise ImageReadError("was changed while it was searched for", path=path)
-            gallery.record(IDENTIFY, probe=content, candidates=result.numbers)
-            yield Identified(path, stored.reason, stored.all_notes, result, entries)
+            if outcome is not None and audited:
+                if sha256_of(Path(path)) != content:
+                    raise ImageReadError("was changed while it was searched for", path=path)
+                gallery.record(IDENTIFY, probe=content, candidates=outcome[0].numbers)
+            yield path, pending.popleft(), outcome
 
 
 def check_candidates_format(output: Path) -> None:
@@ -239,34 +219,35 @@ def is_json_lines(output: Path) -> bool:
     return output.suffix.lower() == JSON_LINES
 
 
-def _rows(probe: Identified) -> Iterator[list[object]]:
-    """Yield the rows of CSV of a probe."""
-    nobody, result = [""] * len(OF_CANDIDATES), probe.result
-    if result is None:
-        yield [probe.path, *nobody, *[""] * len(OF_SEARCHES), probe.reason]
+def _csv_lines(path: str, stored: StoredTemplate, outcome: _Outcome, _: object) -> Iterator[bytes]:
+    """Yield the lines of CSV of a probe."""
+    nobody = [""] * len(OF_CANDIDATES)
+    if outcome is None:
+        yield csv_lines([[path, *nobody, *[""] * len(OF_SEARCHES), stored.reason]])
         return
+    result, entries = outcome
     stages = ["" if result.effort is None else result.effort, " ".join(map(str, result.passed_on))]
-    about = [result.enrolled, result.compared, result.fingers, *stages]
-    listed = result.candidate_dicts(probe.entries)
+    searched = [result.enrolled, result.compared, result.fingers, *stages]
+    listed = result.candidate_dicts(entries)
     for candidate in listed:
         candidate["extrapolated"] = int(candidate["extrapolated"])
-        yield [probe.path, *(candidate[name] for name in OF_CANDIDATES), *about, ""]
+        yield csv_lines([[path, *(candidate[name] for name in OF_CANDIDATES), *searched, ""]])
     if not listed:
-        yield [probe.path, *nobody, *about, NO_CANDIDATE]
+        yield csv_lines([[path, *nobody, *searched, NO_CANDIDATE]])
 
 
-def _json_line(probe: Identified, about: Mapping[str, str]) -> bytes:
-    """Return the document of a probe on a line; one without a template has no numbers.
+def _json_lines(
+    path: str, stored: StoredTemplate, outcome: _Outcome, about: Mapping[str, str]
+) -> Iterator[bytes]:
+    """Yield the document of a probe as a line; one without a template has no numbers.
 
     All documents have the members `about` the search.
     """
-    result, reason = probe.result, probe.reason or None
     document: dict[str, Any] = dict.fromkeys(OF_SEARCHES)
-    candidates: list[dict[str, Any]] = []
-    if result is not None:
-        document = result.as_dict()
-        candidates = result.candidate_dicts(probe.entries)
+    candidates, reason = list[dict[str, Any]](), stored.reason or None
+    if outcome is not None:
+        result, entries = outcome
+        document, candidates = result.as_dict(), result.candidate_dicts(entries)
         reason = None if candidates else NO_CANDIDATE
-    document = {"probe": probe.path, **about, **document}
-    document |= {"candidates": candidates, "reason": reason}
-    return f"{json_text(document, indent=None)}\n".encode()
+    document = {"probe": path, **about, **document, "candidates": candidates, "reason": reason}
+    yield f"{json_text(document, indent=None)}\n".encode()

@@ -1,21 +1,46 @@
-"""The pairs that `fpmatch score` compares: their order and chunks."""
+"""The pairs that `fpmatch score` compares: their order and chunks, and lists of them.
+
+A list, as test protocols and other programs write it, is a CSV file with the columns ``probe`` and
+``reference`` among others, and perhaps ``genuine``; or, without a first row that names these, they
+are the first two values of a row, and ``genuine`` the last of three. Values are separated by comma,
+semicolon, tab or spaces. ``genuine`` is 1 where both prints show the same finger, 0 where not, and
+may be empty::
+
+    101_1.tif 101_2.tif 1
+    101_1.tif 102_1.tif 0
+
+Prints are named as in their database, with or without extension, or by any path that ends so.
+"""
 
 from __future__ import annotations
 
 import hashlib
+from array import array
+from collections import defaultdict
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
-from typing import TYPE_CHECKING, Protocol
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
 import numpy as np
 
-from fpmatch.gallery.batch.pair_list import PrintNames, iterate_pairs, number_pairs
+from fpmatch.errors import ScoringError
+from fpmatch.gallery.listing.csv_rows import csv_cell, csv_rows, row_error
+from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.printable import printable
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
+
+PROBE: Final = "probe"
+REFERENCE: Final = "reference"
+GENUINE: Final = "genuine"
+_list_error: Final = partial(row_error, ScoringError)
+_VALUES: Final = {"1": True, "genuine": True, "0": False, "impostor": False, "imposter": False}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,10 +107,88 @@ class AllPairs:
             yield PairChunk(np.repeat(probe, reference.size), np.tile(reference, probe.size))
 
 
-class ListedPairs:
-    """The pairs of a list, in its order.
+class ListedPair(NamedTuple):
+    """One row of a list: its line, the names of the two prints, and whether they are mated."""
 
-    The module `pair_list` describes it; `probes` and `references` are the names of the prints.
+    line: int
+    probe: str
+    reference: str
+    genuine: bool | None
+
+
+def iterate_pairs(path: str | os.PathLike[str]) -> Iterator[ListedPair]:
+    r"""Yield the rows of a list of pairs, in the form that this module describes.
+
+    Raises ScoringError if the file cannot be read or is malformed; the message names file, line and
+    column.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.gallery.batch.plan import iterate_pairs
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "pairs.txt")
+    ...     _ = file.write_text("101_1.tif 101_2.tif 1\n101_1.tif 102_1.tif 0\n")
+    ...     [row.genuine for row in iterate_pairs(file)]
+    [True, False]
+    """
+    columns: tuple[int, ...] = ()
+    for line, cells in csv_rows(path, ScoringError, spaces=True):
+        if not columns:
+            if {PROBE, REFERENCE} <= set(cells):
+                names = (PROBE, REFERENCE, GENUINE) if GENUINE in cells else (PROBE, REFERENCE)
+                columns = tuple(map(cells.index, names))
+                continue
+            columns = (0, 1, 2) if len(cells) == 3 else (0, 1)
+        probe, reference, *others = [cells[k] if k < len(cells) else "" for k in columns]
+        if not (probe and reference):
+            raise _list_error(path, line, "expected a probe and a reference")
+        genuine = others[0].casefold() if others else ""
+        if genuine and genuine not in _VALUES:
+            raise _list_error(path, line, f"column genuine: must be 1 or 0, not {others[0]!r}")
+        yield ListedPair(line, probe, reference, _VALUES.get(genuine))
+
+
+class PrintNames:
+    """Find the number of a print of one side by what a list calls it.
+
+    `names` are the prints' own, different from each other, and `root` the folder in which they are
+    paths (None: they are no paths).
+    """
+
+    def __init__(self, names: Sequence[str], root: Path | None = None) -> None:
+        self._numbers = {name: n for n, name in enumerate(names)}
+        self._paths: dict[str, list[tuple[tuple[str, ...], int]]] = defaultdict(list)
+        if root is not None:
+            above = Path(printable(root.absolute()))
+            for n, name in enumerate(names):
+                parts = Path(above, name).parts
+                for last in {parts[-1], Path(parts[-1]).stem}:
+                    self._paths[last].append(((*parts[:-1], last), n))
+
+    def find(self, name: str) -> int | None:
+        """Return the number of a print; None where no one print is called so."""
+        name = csv_cell(name)
+        if name in self._numbers:
+            return self._numbers[name]
+        parts = PurePosixPath(name.replace("\\", "/")).parts
+        parts = parts[1:] if parts[:1] == (".",) else parts
+        if not parts:
+            return None
+        ending = {n for path, n in self._paths.get(parts[-1], ()) if path[-len(parts) :] == parts}
+        return ending.pop() if len(ending) == 1 else None
+
+
+def print_names(place: str | os.PathLike[str], names: Sequence[str]) -> PrintNames:
+    """Return the names of the prints of a folder, a manifest or a gallery."""
+    roots = {"folder": Path(place), "manifest": Path(place).parent}
+    return PrintNames(names, roots.get(kind_of(place)))
+
+
+class ListedPairs:
+    """The pairs of a list, in its order; `probes` and `references` are the names of the prints.
+
     Raises a `ScoringError` if the list cannot be read, is empty, or names a print that is not
     there.
     """
@@ -99,15 +202,24 @@ class ListedPairs:
         pairs_per_chunk: int = 512,
     ) -> None:
         self._size = pairs_per_chunk
-        listed = number_pairs(path, iterate_pairs(path), probes, references)
-        self._pairs = listed.prints
-        self._genuine = listed.genuine if (listed.genuine >= 0).any() else None
+        # 9 bytes a pair: less than the rows of the output
+        numbers, genuine = array("i"), array("b")
+        for row in iterate_pairs(path):
+            sides = ((PROBE, probes, row.probe), (REFERENCE, references, row.reference))
+            for side, names, name in sides:
+                number = names.find(name)
+                if number is None:
+                    raise _list_error(path, row.line, f"there is no {side} {name!r}")
+                numbers.append(number)
+            genuine.append(-1 if row.genuine is None else row.genuine)
+        if not numbers:
+            raise ScoringError("the list holds no pairs", path=path, code="empty")
+        self._pairs = np.array(numbers, np.int32).reshape(-1, 2)
+        self._genuine = np.array(genuine, np.int8) if max(genuine) >= 0 else None
         self.number_of_chunks = -(-len(self._pairs) // pairs_per_chunk)
         self.probes: Sequence[int] = np.unique(self._pairs[:, 0]).tolist()
         self.references: Sequence[int] = np.unique(self._pairs[:, 1]).tolist()
-        content = self._pairs.tobytes()
-        content += b"" if self._genuine is None else self._genuine.tobytes()
-        digest = hashlib.sha256(content).hexdigest()
+        digest = hashlib.sha256(numbers.tobytes() + genuine.tobytes()).hexdigest()
         self.identity = f"listed {digest} by {pairs_per_chunk}"
 
     def __len__(self) -> int:
@@ -116,12 +228,9 @@ class ListedPairs:
     def chunks(self, start: int = 0) -> Iterator[PairChunk]:
         """Yield the pairs, as `Plan` says."""
         for k in range(start * self._size, len(self._pairs), self._size):
-            probe, reference = self._pairs[k : k + self._size].T
-            yield PairChunk(
-                probe,
-                reference,
-                None if self._genuine is None else self._genuine[k : k + self._size],
-            )
+            part = slice(k, k + self._size)
+            genuine = None if self._genuine is None else self._genuine[part]
+            yield PairChunk(self._pairs[part, 0], self._pairs[part, 1], genuine)
 
 
 def find_identical_pairs(

@@ -6,29 +6,36 @@ import json
 import os
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from fpmatch._version import __version__
-from fpmatch.errors import MatcherError, number_text
+from fpmatch.gallery.batch.compare import ComparisonTask, PairComparer, Print
 from fpmatch.gallery.batch.decision import calibration_of
-from fpmatch.gallery.batch.finished import finished_before, remember
-from fpmatch.gallery.batch.pair_list import print_names
-from fpmatch.gallery.batch.plan import AllPairs, ListedPairs, find_identical_pairs
-from fpmatch.gallery.batch.run import Comparing, RowWriter, SideRows, collect
-from fpmatch.gallery.batch.score_file import check_format
+from fpmatch.gallery.batch.plan import (
+    AllPairs,
+    ListedPairs,
+    find_identical_pairs,
+    iterate_pairs,
+    print_names,
+)
+from fpmatch.gallery.batch.score_file import HEADER, check_format
 from fpmatch.gallery.batch.sources import open_source
-from fpmatch.gallery.batch.unfinished import Unfinished
+from fpmatch.gallery.batch.unfinished import Unfinished, finished_before, remember
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.matching.calibration import MAX_SCORE
+from fpmatch.matching.decision import Rule
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Generator, Iterator, Sequence
 
-    from fpmatch.gallery.batch.plan import Plan
+    from fpmatch.gallery.batch.compare import Rows
+    from fpmatch.gallery.batch.plan import PairChunk, Plan
     from fpmatch.gallery.batch.sources import PrintSource
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.matching.calibration import Calibration
@@ -40,7 +47,8 @@ if TYPE_CHECKING:
 IDENTICAL_NAMED: Final = 20  # pairs of identical prints that a summary names
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
-_FORMAT: Final = "7"  # of the state of an unfinished run
+COMPARE: Final = "compare"
+_FORMAT: Final = "8"  # of the state of an unfinished run
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,24 +101,26 @@ def score(
     matcher: str | Matcher = DEFAULT_MATCHER,
     calibration: Calibration | None = None,
     threshold: float | None = None,
-    dpi: float | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
     once: bool = False,
+    lasting: bool = True,
+    **reading: Any,
 ) -> ScoreSummary:
     """Score probes against references and write a row a pair.
 
     The rows are the same, byte by byte, with every engine and however often the run was
     interrupted; its state is kept beside the output until that is complete.
 
-    The sides are folders of prints, manifests or galleries (see `open_source`), `dpi` the
-    resolution of all images of folders. The output is a ``.csv`` or ``.parquet`` file. The `pairs`
-    are those of a list (see `ListedPairs`) or all (see `AllPairs`). Only rows whose score, by the
+    The sides are folders of prints, manifests or galleries, and `reading`, as ``dpi=500``, is as
+    for `open_source`. The output is a ``.csv`` or ``.parquet`` file. The `pairs` are those of a
+    list (see `ListedPairs`) or all (see `AllPairs`). Only rows whose score, by the
     `calibration` (default: the package's own for the matcher), reaches the `threshold` are kept,
     and those without a score. The `engine` is entered here (default: this process); `progress`
     is called with the stages "references", "probes" (in prints) and "compare" (in pairs). With
     `once` a finished run is remembered in the user's cache; where its output is there as it was
-    written, nothing is done again.
+    written, nothing is done again. `lasting` is as for
+    `fpmatch.gallery.batch.unfinished.Unfinished`.
 
     Raises ScoringError if the list of pairs is malformed, or a different run of this output is
     unfinished; MatcherError if the matcher is unknown, or a threshold does not go with the
@@ -127,8 +137,11 @@ def score(
     check_format(target)
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     calibration = calibration or calibration_of(chosen.name)
-    _check_threshold(threshold, calibration, chosen.name)
-    other, one = _opened(references, dpi), _opened(probes, dpi)
+    if threshold is not None:
+        calibration = Rule.of(chosen, threshold, calibration).calibration
+    if isinstance(pairs, str | os.PathLike):
+        reading["names"] = {name for row in iterate_pairs(pairs) for name in row[1:3]}
+    other, one = _opened(references, reading), _opened(probes, reading)
     plan = _planned(pairs, one, other)
     run = {
         "format": _FORMAT,
@@ -148,25 +161,25 @@ def score(
     if same:  # stored once
         stored = {REFERENCES: (other, sorted({*plan.references, *plan.probes}))}
     of_probes = REFERENCES if same else PROBES
-    with engine or serial() as place, Unfinished(target, run) as store:
+    with engine or serial() as place, Unfinished(target, run, lasting=lasting) as store:
         for name, (side, numbers) in stored.items():
-            collect(store, name, side, numbers, place, progress)
-        writer = RowWriter(
-            matcher=chosen.name,
-            database=one.title if same else f"{one.title} against {other.title}",
-            probes=SideRows.of(one, store, of_probes),
-            references=SideRows.of(other, store, REFERENCES),
-            same=same,
-            calibration=calibration,
-            threshold=threshold,
-            rho=getattr(chosen, "rho", None) if threshold is None else None,
-        )
+            store.collect(name, numbers, partial(side.templates, place), partial(progress, name))
         about = _about_prints(stored, store)
         kept = [store.column(key, "digest", "digest != x''") for key in (of_probes, REFERENCES)]
         identical, first = find_identical_pairs(plan, kept[0], kept[1], IDENTICAL_NAMED)
+        database = one.title if same else f"{one.title} against {other.title}"
         begun = time.perf_counter()
-        comparing = Comparing(store, plan, of_probes, REFERENCES, chosen, writer)
-        start, end = comparing.run(place, progress)
+        comparer = PairComparer(
+            chosen, database, same=same, calibration=calibration, threshold=threshold
+        )
+        sides = (of_probes, one), (REFERENCES, other)
+
+        def rows_from(chunk: int) -> Generator[Rows, None, None]:
+            return place.map(PairComparer.rows, comparer, _tasks(store, plan.chunks(chunk), sides))
+
+        start, end = store.write(
+            HEADER, rows_from, lambda at: progress(COMPARE, at.pairs, len(plan))
+        )
     if once:
         remember(target, run, end)
     return ScoreSummary(
@@ -212,8 +225,30 @@ def _failures(name: str, side: PrintSource, failed: dict[int, str]) -> Iterator[
         yield ImageFailure(name, f"entry {number}", f"damaged: {why}")
 
 
-def _opened(side: AnySource, dpi: float | None) -> PrintSource:
-    return open_source(side, dpi=dpi) if isinstance(side, str | os.PathLike) else side
+def _tasks(
+    store: Unfinished, chunks: Iterator[PairChunk], sides: Sequence[tuple[str, PrintSource]]
+) -> Iterator[ComparisonTask]:
+    """Yield chunks of pairs with their prints, each print of a chunk once."""
+    for chunk in chunks:
+        needed = [np.unique(side).tolist() for side in (chunk.probe, chunk.reference)]
+        prints: dict[str, dict[int, Print]] = {}
+        for (key, side), numbers in zip(sides, needed, strict=True):
+            kept = prints.setdefault(key, {})
+            labels = getattr(side, "labels", None)
+            for n, one in store.prints(key, [n for n in numbers if n not in kept]).items():
+                label = None if labels is None else labels[n]
+                kept[n] = Print(side.names[n], side.fingers[n], label, one)
+        yield ComparisonTask(
+            chunk,
+            *(
+                {n: prints[key][n] for n in some}
+                for (key, _), some in zip(sides, needed, strict=True)
+            ),
+        )
+
+
+def _opened(side: AnySource, reading: dict[str, Any]) -> PrintSource:
+    return open_source(side, **reading) if isinstance(side, str | os.PathLike) else side
 
 
 def _planned(
@@ -225,17 +260,3 @@ def _planned(
         names = (print_names(side.place, side.names) for side in (probes, references))
         return ListedPairs(pairs, *names)
     return pairs
-
-
-def _check_threshold(
-    threshold: float | None, calibration: Calibration | None, matcher: str
-) -> None:
-    if threshold is None:
-        return
-    if not 0 <= threshold <= MAX_SCORE:
-        raise MatcherError(f"threshold must lie in 0..{MAX_SCORE:g}, not {number_text(threshold)}")
-    if calibration is None:
-        raise MatcherError(
-            f"matcher {matcher!r} has no calibration, so its scores cannot be compared with a "
-            "threshold; see fpmatch calibrate"
-        )

@@ -53,10 +53,7 @@ def csv_lines(rows: Iterable[Sequence[object]]) -> bytes:
     return text.getvalue().encode()
 
 
-def failure_reason(probe: str, reference: str) -> str:
-    """Return the reason of a row from those why its prints have no template ("": they have one)."""
-    sides = {"probe": probe, "reference": reference}
-    return "; ".join(f"{side}: {why}" for side, why in sides.items() if why)
+HEADER: Final = csv_lines([COLUMNS])
 
 
 def check_format(path: Path) -> None:

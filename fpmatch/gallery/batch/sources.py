@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import hashlib
-import io
+import json
+import math
+import re
+import zlib
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
-from fpmatch.errors import ScoringError, TemplateError, without_path
+from fpmatch.errors import FpmatchError, ScoringError, TemplateError, without_path
 from fpmatch.gallery.engine.workers import attempt_each
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import NamePattern, entry_names
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.print_file import resolution_notes
-from fpmatch.gallery.listing.prints import extract_opened, find_prints, folder_reader, open_print
+from fpmatch.gallery.listing.prints import find_prints, folder_reader, read_one_print
 from fpmatch.gallery.store.stored_template import (
     minutiae_digest,
     stored_minutiae_digest,
@@ -26,22 +30,29 @@ from fpmatch.gallery.store.stored_template import (
 )
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.prints.reading import ASSUMED_DPI
-from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.minutiae import COLUMNS, Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Generator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+
+    from numpy.typing import NDArray
 
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import Label
     from fpmatch.gallery.listing.print_file import PrintFile
-    from fpmatch.gallery.listing.prints import OpenedPrint
+    from fpmatch.gallery.listing.prints import Reader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
 
-_ZIP: Final = b"PK"  # how what `pack` returns begins
-_COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
+    OpenedPrint = tuple[PrintFile, GreyImage | TemplateRecord | FpmatchError]
+
+_MAGIC: Final = b"fpmatch template\n"  # how what `pack` returns begins
+_OF_MINUTIAE: Final = ("<f4", "<f4", "<f4", "|u1", "|u1")  # types of `COLUMNS`
+_OF_FIELD: Final = ("<f4", "|b1", "<u8")  # orientation, mask and ridges
+_SUM_BYTES: Final = 4
+_ESCAPED: Final = re.compile(r"\\x([0-9a-f]{2})|\\u([0-9a-f]{4})")  # first letter of a cell
 _AT_ONCE: Final = 512  # entries of a gallery that are read by one query
 
 
@@ -64,12 +75,6 @@ class StoredTemplate:
     def all_notes(self) -> tuple[str, ...]:
         """The notes, with one on the resolution where it was assumed."""
         return (*self.notes, ASSUMED_DPI) if self.dpi_assumed else self.notes
-
-
-def finger_of_name(name: str) -> str:
-    """Return the finger in a file name: FFF of FFF_M.tif, else the name without suffix."""
-    label = NamePattern().label(Path(name))
-    return Path(name).stem if label is None else str(label.of_finger)
 
 
 class PrintSource(Protocol):
@@ -99,17 +104,19 @@ def open_source(
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
     pattern: NamePattern | None = None,
     by_folder: bool = False,
+    names: Collection[str] | None = None,
 ) -> PrintSource:
     """Open one side of `fpmatch score`; its prints are read later.
 
-    The place is a folder of prints, a manifest, or a gallery: a file or the URL of a database. Of
-    the files of a folder, `dpi`, `pattern` and `by_folder` are as for
+    The place is a folder of prints, a manifest, or a gallery: a file or the URL of a database, of
+    which only the entries are read that have one of the `names`, if these are given. Of the files
+    of a folder, `dpi`, `pattern` and `by_folder` are as for
     `fpmatch.gallery.listing.prints.find_prints`, `polarity` and `reader` as for
     `fpmatch.image.folder_traits.find_traits`. Raises FpmatchError if there is no such
     folder or gallery, or nothing in it.
     """
     if kind_of(place) in {"gallery", "file"}:
-        return GallerySource(place)
+        return GallerySource(place, names)
     files = find_prints([place], dpi, pattern=pattern, by_folder=by_folder)
     return FolderSource(Path(place), files, dpi, polarity, reader)
 
@@ -139,9 +146,10 @@ class FolderSource:
         self.paths = [str(file.path) for file in files]
         self._on_dpi = resolution_notes([file.dpi for file in files])
         labels = [file.label for file in files]
+        by_name = [one.label or NamePattern().label(Path(one.path.name)) for one in files]
         self.fingers = [
-            finger_of_name(file.path.name) if label is None else str(label.of_finger)
-            for file, label in zip(files, labels, strict=True)
+            file.path.stem if label is None else str(label.of_finger)
+            for file, label in zip(files, by_name, strict=True)
         ]
         if kind_of(place) == "manifest":
             self.labels = [label for label in labels if label is not None]
@@ -156,7 +164,7 @@ class FolderSource:
     ) -> Generator[StoredTemplate, None, None]:
         """Yield some prints by their numbers."""
         # Read here, so that workers elsewhere need not see the files.
-        opened = (open_print(self._open_reader(), self._files[n]) for n in numbers)
+        opened = (_open(self._open_reader(), self._files[n]) for n in numbers)
         with closing(attempt_each(engine, _extract, opened)) as attempts:
             for number, ((file, _), attempt) in zip(numbers, attempts, strict=True):
                 if attempt.result is None:
@@ -167,24 +175,33 @@ class FolderSource:
 
 
 class GallerySource:
-    """The entries of a gallery by their numbers, with the templates that it holds.
+    """The entries of a gallery by their numbers, or some by `names`, with the templates it holds.
 
     `damaged` are entries without a name, which are left out, with reasons.
     """
 
-    def __init__(self, place: str | os.PathLike[str]) -> None:
+    def __init__(self, place: str | os.PathLike[str], names: Collection[str] | None = None) -> None:
         from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415  (imports SQLAlchemy)
 
         self._open = partial(open_gallery, place)
         with self._open() as gallery:
             self.place, self.title = gallery.name, csv_cell(gallery.name)
             self.content_hash = gallery.content_hash()
-            entries, self.damaged = list(gallery.entries()), dict(gallery.damaged)
-        if not entries:
-            raise ScoringError(f"{self.place}: the gallery is empty")
+            if not gallery.has_over(0):
+                raise ScoringError(f"{self.place}: the gallery is empty")
+            if names is None:
+                entries = list(gallery.entries())
+            else:
+                subjects = {subject for name in names for subject in _subjects_of(name)}
+                by_subject = gallery.entries_by_subject(subjects)
+                entries = sorted(chain(*by_subject.values()), key=lambda entry: entry.id)
+            self.damaged = dict(gallery.damaged)
         self._numbers = [entry.id for entry in entries]
         self.fingers = [str(entry.label.of_finger) for entry in entries]
         self.names = entry_names(entries)
+        if names is not None:
+            state = f"{self.content_hash} {self._numbers}"
+            self.content_hash = hashlib.sha256(state.encode()).hexdigest()
 
     def templates(
         self, engine: Engine, numbers: Sequence[int]
@@ -217,47 +234,73 @@ def _checked(data: bytes) -> StoredTemplate:
     return StoredTemplate(data, digest=stored_minutiae_digest(data))
 
 
+def _subjects_of(name: str) -> Iterator[str]:
+    """Yield the subjects that an entry may have which a list of pairs calls by this name."""
+    letters = _ESCAPED.match(name)
+    if letters is not None:
+        name = chr(int(letters[1] or letters[2], 16)) + name[letters.end() :]
+    for label in {name, name.rpartition("#")[0]}:
+        yield label
+        yield from (label[:k] for k, letter in enumerate(label) if letter == "_")
+
+
 def pack(template: Template) -> bytes:
-    """Return a template as bytes, without loss."""
+    """Return a template as bytes, without loss, for `unpack`."""
     minutiae, field = template.minutiae, template.field
-    arrays = {name: getattr(minutiae, name) for name in _COLUMNS}
-    arrays["frame"] = np.array([template.width, template.height, template.dpi])
+    head = [template.width, template.height, template.dpi, len(minutiae)]
+    arrays = [getattr(minutiae, name) for name in COLUMNS]
     if field is not None:
-        arrays |= {"orientation": field.orientation, "mask": field.mask}
-        arrays["step"] = np.array(field.step)
-        if field.ridges is not None:
-            arrays["ridges"] = field.ridges
-    stream = io.BytesIO()
-    np.savez(stream, **arrays)
-    return stream.getvalue()
+        fields = [field.orientation, field.mask, field.ridges][: 3 - (field.ridges is None)]
+        head += [field.step, len(fields), *field.mask.shape]
+        arrays += fields
+    types = (*_OF_MINUTIAE, *_OF_FIELD)
+    parts = [array.astype(t, copy=False).tobytes() for array, t in zip(arrays, types, strict=False)]
+    whole = b"".join([_MAGIC, json.dumps(head).encode(), b"\n", *parts])
+    return whole + zlib.crc32(whole).to_bytes(_SUM_BYTES, "little")
 
 
 def unpack(data: bytes) -> Template:
     """Return the template of bytes that `pack` or a gallery made; FpmatchError if damaged."""
-    if not data.startswith(_ZIP):
+    if not data.startswith(_MAGIC):
         return unpack_template(data)
-    try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-            return _template_of(arrays)
-    except Exception as error:  # numpy and zipfile raise many kinds for damaged archives
-        raise ScoringError("a stored template is damaged", code="damaged") from error
+    whole, checksum = data[:-_SUM_BYTES], data[-_SUM_BYTES:]
+    if zlib.crc32(whole).to_bytes(_SUM_BYTES, "little") != checksum:
+        raise ScoringError("a stored template is damaged", code="damaged")
+    at = whole.index(b"\n", len(_MAGIC)) + 1
+    width, height, dpi, n, *of_field = json.loads(whole[len(_MAGIC) : at])
 
+    def take(dtype: str, *shape: int) -> NDArray[Any]:
+        nonlocal at
+        array = np.frombuffer(whole, dtype, math.prod(shape), at)
+        at += array.nbytes
+        return array.reshape(shape)
 
-def _template_of(arrays: Mapping[str, Any]) -> Template:
-    width, height, dpi = arrays["frame"].tolist()
+    minutiae = Minutiae(*(take(dtype, n) for dtype in _OF_MINUTIAE))
     field = None
-    if "step" in arrays:
-        ridges = arrays.get("ridges")
-        field = RidgeField(float(arrays["step"]), arrays["orientation"], arrays["mask"], ridges)
-    minutiae = Minutiae(*(arrays[name] for name in _COLUMNS))
-    return Template(minutiae, int(width), int(height), dpi, field)
+    if of_field:
+        step, count, *shape = of_field
+        field = RidgeField(step, *(take(dtype, *shape) for dtype in _OF_FIELD[:count]))
+    return Template(minutiae, width, height, dpi, field)
+
+
+def _open(reader: Reader, file: PrintFile) -> OpenedPrint:
+    """Read a print; an error is kept, too."""
+    try:
+        return file, reader(file.path)
+    except FpmatchError as error:
+        return file, error
 
 
 def _extract(opened: OpenedPrint) -> StoredTemplate:
-    extracted = extract_opened(opened, graded=True)
-    template = extracted.template
-    beside = extracted.dpi_assumed, extracted.notes, extracted.quality, minutiae_digest(template)
-    return StoredTemplate(pack(template), "", *beside)
+    """Return the template of a print, and the quality of its image."""
+    file, content = opened
+    if isinstance(content, FpmatchError):
+        raise content
+    given = read_one_print(file, lambda _: content)
+    notes = tuple(note for note in given.notes if note != ASSUMED_DPI)
+    quality = None if given.quality is None else given.quality.score
+    beside = given.dpi_assumed, notes, quality, minutiae_digest(given.template)
+    return StoredTemplate(pack(given.template), "", *beside)
 
 
 def _state(file: PrintFile) -> tuple[str, int, int, float | None]:

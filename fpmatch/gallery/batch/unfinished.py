@@ -3,46 +3,50 @@
 The folder ``OUTPUT.unfinished`` holds the rows so far, ``rows.csv``, and ``state.db``: which run it
 is, the templates of both sides, and the position that the rows have reached. Rows beyond that
 position, written when the run was killed, are cut off and made again.
+
+Of runs that have finished, the user's cache has a small file for each output: the digest of what
+described the run, size and time of the output, and the position at its end.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
 import sqlite3
 import time
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fpmatch.base.folders import create_private, make_private
-from fpmatch.base.output import make_missing, reason
+from fpmatch.base.output import atomic_write_bytes, make_missing, reason
 from fpmatch.errors import EncryptionError, OutputError, ScoringError
 from fpmatch.gallery.batch.score_file import convert_to_parquet, is_parquet
-from fpmatch.gallery.encryption.keys import given_source, keys_for, load_keys
+from fpmatch.gallery.batch.sources import StoredTemplate
+from fpmatch.gallery.encryption.keys import given_source, load_keys
 from fpmatch.gallery.encryption.records import is_sealed, key_id_of, seal, unseal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-    from pathlib import Path
+    from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
     from typing import BinaryIO, Self
 
-    from fpmatch.gallery.batch.sources import StoredTemplate
+    from fpmatch.gallery.batch.compare import Rows
 
 SUFFIX: Final = ".unfinished"
 ROWS_FILE: Final = "rows.csv"
 STATE_FILE: Final = "state.db"
 SAVE_EVERY_S: Final = 0.5  # of work between two saved positions, about
 _PURPOSE: Final = b"unfinished batch"
-_NUMBERS_PER_QUERY: Final = 500
-_TABLES: Final = """
-CREATE TABLE IF NOT EXISTS run (what TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS position (chunks INT, pairs INT, rows INT, bytes INT, failed INT);
-CREATE TABLE IF NOT EXISTS item (
+_TABLES: Final = (
+    "CREATE TABLE IF NOT EXISTS run (what TEXT NOT NULL)",
+    "CREATE TABLE IF NOT EXISTS position (chunks INT, pairs INT, rows INT, bytes INT, failed INT)",
+    """CREATE TABLE IF NOT EXISTS item (
     side TEXT, number INT, data BLOB, reason TEXT NOT NULL, dpi_assumed INT NOT NULL,
     notes TEXT NOT NULL, quality INT, digest BLOB NOT NULL, PRIMARY KEY (side, number)
-) WITHOUT ROWID;
-"""
+    ) WITHOUT ROWID""",
+)
 
 
 class Position(NamedTuple):
@@ -55,25 +59,17 @@ class Position(NamedTuple):
     failed: int = 0  # rows without a score
 
 
-class Rows(NamedTuple):
-    """The rows of a chunk, as lines of a file: how many pairs and rows, and how many failed."""
-
-    lines: bytes
-    pairs: int
-    rows: int
-    failed: int
-
-
 class Unfinished:
     """Keep an unfinished run on disk; a context manager that leaves it there.
 
-    A run of another description than `run` cannot resume it. Raises a `ScoringError` if a different
-    run is unfinished there, it is damaged, or another one is running now; an `OutputError` if
-    nothing can be written there.
+    A run of another description than `run` cannot resume it. One that is not `lasting` never waits
+    for the disk, and does not outlive a failure of the machine. Raises a `ScoringError` if a
+    different run is unfinished there, it is damaged, or another one is running now; an
+    `OutputError` if nothing can be written there.
     """
 
-    def __init__(self, output: Path, run: Mapping[str, str]) -> None:
-        self.output = output
+    def __init__(self, output: Path, run: Mapping[str, str], *, lasting: bool = True) -> None:
+        self.output, self._lasting = output, lasting
         self.folder = output.with_name(output.name + SUFFIX)
         self._rows_file = self.folder / ROWS_FILE
         self._keys = load_keys() if given_source() else None
@@ -99,17 +95,19 @@ class Unfinished:
 
     def _begin(self, run: Mapping[str, str]) -> None:
         self._database.execute("PRAGMA secure_delete = ON")
+        if not self._lasting:
+            self._database.execute("PRAGMA synchronous = OFF")
         # One run at a time; the system releases the lock of a run that was killed.
         self._database.execute("PRAGMA locking_mode = EXCLUSIVE")
-        self._database.execute("BEGIN EXCLUSIVE")
-        self._database.commit()
-        self._database.executescript(_TABLES)
-        kept = self._database.execute("SELECT what FROM run").fetchone()
-        if kept is None:
-            with self._database:
+        with self._database:
+            self._database.execute("BEGIN EXCLUSIVE")
+            for table in _TABLES:
+                self._database.execute(table)
+            kept = self._database.execute("SELECT what FROM run").fetchone()
+            if kept is None:
                 self._database.execute("INSERT INTO run VALUES (?)", [json.dumps(dict(run))])
                 self._database.execute("INSERT INTO position VALUES (0, 0, 0, 0, 0)")
-            return
+                return
         try:
             other = dict(json.loads(kept[0]))
         except (ValueError, TypeError) as error:
@@ -121,16 +119,9 @@ class Unfinished:
                 "it was started, or delete the folder"
             )
 
-    @property
-    def position(self) -> Position:
-        """The position that the run has reached."""
-        with self._writing():
-            return Position(*self._database.execute("SELECT * FROM position").fetchone())
-
     def write(
         self,
         header: bytes,
-        number_of_chunks: int,
         rows_from: Callable[[int], Generator[Rows, None, None]],
         report: Callable[[Position], object],
     ) -> tuple[Position, Position]:
@@ -139,55 +130,32 @@ class Unfinished:
         `rows_from` yields the rows of the chunks from the number given on, and `report` is called
         with each position.
         """
-        position = start = self.position
-        in_place = start.chunks == number_of_chunks and not self._rows_file.exists()
-        if not self._rows_file.exists() and not (in_place and self._has_size(start.size)):
-            position = start = Position()
-            in_place = False
-        report(start)
-        if not in_place:  # by a run that was killed before it cleared up
-            with closing(self._write(header, start, rows_from)) as positions:
-                for position in positions:
-                    report(position)
-            self._finish()
         with self._writing():
-            self._database.close()
-            shutil.rmtree(self.folder)
-        return start, position
-
-    def _has_size(self, size: int) -> bool:
-        """Return whether the output has the size of all rows; a Parquet file has another."""
-        if not self.output.is_file():
-            return False
-        return is_parquet(self.output) or self.output.stat().st_size == size
-
-    def _write(
-        self,
-        header: bytes,
-        start: Position,
-        rows_from: Callable[[int], Generator[Rows, None, None]],
-    ) -> Generator[Position, None, None]:
+            start = Position(*self._database.execute("SELECT * FROM position").fetchone())
+        if start.size and not self._rows_file.exists():  # put in place by a run that was killed
+            start = Position()
+            self._set_position(start)
+        report(start)
         position, saved_at = start, time.monotonic()
         with self._opened_rows(start.size) as stream, closing(rows_from(start.chunks)) as chunks:
-            if start == Position():
-                stream.write(header)
-                position = Position(size=len(header))
             try:
+                if not start.size:
+                    stream.write(header)
+                    position = Position(size=len(header))
                 for lines, pairs, rows, failed in chunks:
                     stream.write(lines)
-                    position = Position(
-                        chunks=position.chunks + 1,
-                        pairs=position.pairs + pairs,
-                        rows=position.rows + rows,
-                        size=position.size + len(lines),
-                        failed=position.failed + failed,
-                    )
+                    made = 1, pairs, rows, len(lines), failed
+                    position = Position(*map(sum, zip(position, made, strict=True)))
                     if time.monotonic() - saved_at >= SAVE_EVERY_S:
                         self._save(stream, position)
                         saved_at = time.monotonic()
-                    yield position
-            finally:
+                    report(position)
+            except BaseException:
                 self._save(stream, position)
+                raise
+            flush(stream, self._lasting)
+        self._finish()
+        return start, position
 
     @contextmanager
     def _opened_rows(self, size: int) -> Iterator[BinaryIO]:
@@ -204,13 +172,16 @@ class Unfinished:
 
     def _save(self, stream: BinaryIO, position: Position) -> None:
         """Save the position that the run has reached, once its rows are on the disk."""
-        flush(stream)
+        flush(stream, self._lasting)
+        self._set_position(position)
+
+    def _set_position(self, position: Position) -> None:
         with self._writing(), self._database:
             what = "UPDATE position SET chunks = ?, pairs = ?, rows = ?, bytes = ?, failed = ?"
             self._database.execute(what, position)
 
     def _finish(self) -> None:
-        """Put the file in place."""
+        """Put the file in place, and delete the state."""
         rows = self._rows_file
         with self._writing():
             if is_parquet(self.output):
@@ -218,49 +189,64 @@ class Unfinished:
                 convert_to_parquet(self._rows_file, rows)
             make_private(rows)
             rows.replace(self.output)
-            self._rows_file.unlink(missing_ok=True)
+            self._database.close()
+            shutil.rmtree(self.folder)
 
-    def count_items(self, side: str) -> int:
-        """Return the number of stored prints of a side, which are the first of those needed."""
-        return len(self.column(side, "number"))
+    def collect(
+        self,
+        side: str,
+        numbers: Sequence[int],
+        templates: Callable[[Sequence[int]], Generator[StoredTemplate, None, None]],
+        report: Callable[[int, int], object],
+    ) -> None:
+        """Store the templates of some prints of a side, ascending, that are not stored yet.
 
-    def add_items(
-        self, side: str, items: Iterable[tuple[int, StoredTemplate]]
-    ) -> Generator[int, None, None]:
-        """Store prints of a side with their numbers; yield the number of each."""
-        query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
-        committed = time.monotonic()
-        try:
-            for number, item in items:
-                data = item.data
-                if data is not None and self._keys is not None:
-                    bound = _place(side, number)
-                    data = seal(self._keys.current, data, purpose=_PURPOSE, bound=bound)
-                beside = item.reason, item.dpi_assumed, json.dumps(item.notes)
+        `report` is called with the number of those that are, and of all.
+        """
+        start, saved_at = len(self.column(side, "number")), time.monotonic()
+        report(start, len(numbers))
+        missing = numbers[start:]
+        if not missing:
+            return
+        with closing(templates(missing)) as items:
+            try:
+                for done, (number, item) in enumerate(zip(missing, items, strict=True), start + 1):
+                    with self._writing():
+                        self._add(side, number, item)
+                        if time.monotonic() - saved_at >= SAVE_EVERY_S:
+                            self._database.commit()
+                            saved_at = time.monotonic()
+                    report(done, len(numbers))
+            finally:
                 with self._writing():
-                    row = (side, number, data, *beside, item.quality, item.digest)
-                    self._database.execute(query, row)
-                    if time.monotonic() - committed >= SAVE_EVERY_S:
-                        self._database.commit()
-                        committed = time.monotonic()
-                yield number
-        finally:
-            with self._writing():
-                self._database.commit()
+                    self._database.commit()
 
-    def templates(self, side: str, numbers: Sequence[int]) -> dict[int, bytes]:
-        """Return the stored templates of some prints, as bytes; without prints that have none."""
-        templates: dict[int, bytes] = {}
-        for k in range(0, len(numbers), _NUMBERS_PER_QUERY):
-            part = ",".join(map(str, numbers[k : k + _NUMBERS_PER_QUERY]))
-            templates |= self.column(side, "data", f"data IS NOT NULL AND number IN ({part})")
-        return {n: self._unsealed(side, n, data) for n, data in templates.items()}
+    def _add(self, side: str, number: int, item: StoredTemplate) -> None:
+        data = item.data
+        if data is not None and self._keys is not None:
+            bound = _place(side, number)
+            data = seal(self._keys.current, data, purpose=_PURPOSE, bound=bound)
+        beside = item.reason, item.dpi_assumed, json.dumps(item.notes), item.quality, item.digest
+        query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
+        self._database.execute(query, (side, number, data, *beside))
 
-    def _unsealed(self, side: str, number: int, data: bytes) -> bytes:
-        if not is_sealed(data):
+    def prints(self, side: str, numbers: Sequence[int]) -> dict[int, StoredTemplate]:
+        """Return some stored prints of a side, by number."""
+        which = ",".join(map(str, numbers))
+        query = f"SELECT * FROM item WHERE side = ? AND number IN ({which})"
+        with self._writing():
+            rows = self._database.execute(query, [side]).fetchall()
+        prints = {}
+        for _, number, data, why, dpi_assumed, notes, quality, digest in rows:
+            known = why, bool(dpi_assumed), tuple(json.loads(notes)), quality, digest
+            prints[number] = StoredTemplate(self._unsealed(side, number, data), *known)
+        return prints
+
+    def _unsealed(self, side: str, number: int, data: bytes | None) -> bytes | None:
+        if data is None or not is_sealed(data):
             return data
         try:
-            keys = self._keys or keys_for(key_id_of(data))
+            keys = self._keys or load_keys(key_id=key_id_of(data))
             return unseal(keys, data, purpose=_PURPOSE, bound=_place(side, number))
         except EncryptionError as error:
             raise ScoringError(f"{self.folder}: {error}", code=error.code) from error
@@ -296,7 +282,38 @@ def _place(side: str, number: int) -> tuple[bytes, ...]:
     return side.encode(), str(number).encode()
 
 
-def flush(stream: BinaryIO) -> None:
-    """Write buffered rows to the disk."""
+def flush(stream: BinaryIO, lasting: bool) -> None:
+    """Write buffered rows, and wait for the disk where they are lasting."""
     stream.flush()
-    os.fsync(stream.fileno())
+    if lasting:
+        os.fsync(stream.fileno())
+
+
+def remember(output: Path, run: Mapping[str, str], end: Position) -> None:
+    """Note that a run has written its output, if anything can be written into the cache."""
+    with suppress(OSError, OutputError):
+        noted = {**_state(output, run), "end": list(end)}
+        atomic_write_bytes(_note_of(output), json.dumps(noted).encode())
+
+
+def finished_before(output: Path, run: Mapping[str, str]) -> Position | None:
+    """Return the position at the end of the same run, if its output is there as it was written."""
+    with suppress(OSError, ValueError, KeyError, TypeError):
+        noted = json.loads(_note_of(output).read_bytes())
+        end = Position(*noted.pop("end"))
+        if noted == _state(output, run):
+            return end
+    return None
+
+
+def _note_of(output: Path) -> Path:
+    from platformdirs import user_cache_path  # noqa: PLC0415
+
+    name = hashlib.sha256(bytes(output.resolve())).hexdigest()[:32]
+    return Path(user_cache_path("fpmatch"), "finished", f"{name}.json")
+
+
+def _state(output: Path, run: Mapping[str, str]) -> dict[str, Any]:
+    status = output.stat()
+    digest = hashlib.sha256(json.dumps(dict(run), sort_keys=True).encode()).hexdigest()
+    return {"run": digest, "size": status.st_size, "time": status.st_mtime_ns}

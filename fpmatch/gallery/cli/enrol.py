@@ -132,17 +132,12 @@ def enrol(
     from fpmatch.gallery.encryption.keys import load_keys
     from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern
+    from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.gallery.listing.kinds import kind_of
-    from fpmatch.gallery.listing.prints import (
-        extract_print,
-        find_prints,
-        folder_reader,
-    )
-    from fpmatch.gallery.store.audit import turn_on
+    from fpmatch.gallery.listing.prints import extract_print, find_prints, folder_reader
+    from fpmatch.gallery.store.audit import switch
     from fpmatch.gallery.tasks import enrol as work
     from fpmatch.gallery.tasks.screening import Enrolment
-    from fpmatch.gallery.tasks.transfer import enrol_gallery
     from fpmatch.prints.reading import PrintReader
 
     if encrypt:
@@ -152,33 +147,28 @@ def enrol(
     if not others and (pattern is not None or by_folder or dpi is not None or min_quality):
         why = "--pattern, --by-folder, --dpi and --min-quality are not for the entries of galleries"
         raise click.UsageError(why)
-    names = NamePattern(FVC_PATTERN if pattern is None else pattern)
-    prints = find_prints(
-        others, dpi, pattern=None if pattern is None else names, by_folder=by_folder
-    )
-    read = PrintReader(raw, quiet=True, record=record, mirror=mirror)
+    names = None if pattern is None else NamePattern(pattern)
+    prints = find_prints(others, dpi, pattern=names, by_folder=by_folder)
+    how: dict[str, Any] = {
+        "polarity": polarity,
+        "dpi": dpi,
+        "reader": PrintReader(raw, quiet=True, record=record, mirror=mirror),
+    }
     if len(prints) > 1:
         say_slow_kernels()
     start = time.perf_counter()
     with ExitStack() as stack:
         sources = [stack.enter_context(open_gallery(place)) for place in galleries]
         engine = stack.enter_context(make_engine(workers, scheduler))
-        bars = ProgressBars({"enrol": "enrolling"})
         opened = stack.enter_context(open_gallery(gallery, create=True, encrypt=encrypt))
-        reader = folder_reader(
-            prints,
-            polarity=polarity,
-            dpi=dpi,
-            reader=read,
-            engine=engine,
-            earlier=work.earlier_resolutions(opened, prints),
-        )
-        stack.enter_context(bars)
+        earlier = work.earlier_resolutions(opened, prints)
+        reader = folder_reader(prints, engine=engine, earlier=earlier, **how)
+        bars = stack.enter_context(ProgressBars({"enrol": "enrolling"}))
         if audit:
-            turn_on(opened)
+            switch(opened, on=True)
         done = Enrolment(opened, strict=strict)
         for source in sources:
-            enrol_gallery(opened, source, progress=bars.show, into=done)
+            work.enrol_gallery(opened, source, progress=bars.show, into=done)
         if others:
             work.enrol(
                 opened,
@@ -189,54 +179,47 @@ def enrol(
                 progress=bars.show,
                 into=done,
             )
-        sizes = len(opened), opened.subjects()
+        impressions, subjects = len(opened), opened.subjects()
         name, private = opened.name, opened.private
     seconds = time.perf_counter() - start
-    if not private:
+    if private is False:
         say_note(f"{name}: other users may read it; `chmod 600` makes it private")
     say_notes(done.noted)
-    say_failures(
-        [f"{failure.source}: {failure.reason}" for failure in done.failures],
-        f"; `fpmatch gallery list {name} --failures` shows all",
-    )
-    say_failures(
-        [f"{one.source}: {one.reason}" for one in done.unmatched],
-        "; --json lists all",
-        word="no match",
-    )
-    outcome = (name, done, sizes, seconds)
-    show(json_text(_as_dict(*outcome)) if as_json else _as_text(*outcome))
+    failed = [f"{one.source}: {one.reason}" for one in done.failures]
+    say_failures(failed, f"; `fpmatch gallery list {name} --failures` shows all")
+    unmatched = [f"{one.source}: {one.reason}" for one in done.unmatched]
+    say_failures(unmatched, "; --json lists all", word="no match")
+    if as_json:
+        document = _as_dict(done) | {"seconds": round(seconds, 3)}
+        sizes = {"impressions": impressions, "subjects": subjects}
+        show(json_text({"gallery": name, **document, **sizes}))
+    else:
+        show(_as_text(done, seconds))
+        held = f"{count(impressions, 'impression')} of {count(subjects, 'subject')}"
+        show(f"{printable(name)}: {held}")
     return 1 if done.failures else 0
 
 
-def _as_text(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float) -> str:
+def _as_text(done: Enrolment, seconds: float) -> str:
+    """Return a line on what was enrolled, and one on prints of subjects that existed before."""
     total = done.enrolled + done.known + len(done.failures)
     counts = [f"enrolled {done.enrolled} of {count(total, 'picture')}"]
     counts += [f"{done.known} were enrolled before"] if done.known else []
     counts += [f"{len(done.failures)} failed"] if done.failures else []
-    impressions, subjects = count(sizes[0], "impression"), count(sizes[1], "subject")
     rate = f" ({done.enrolled / seconds:.1f} a second)" if done.enrolled else ""
-    place = f"{printable(name)}: {impressions} of {subjects}"
-    lines = [f"{', '.join(counts)}: {seconds:.1f} s{rate}", *_about_added(done), place]
-    return "\n".join(lines)
+    line = f"{', '.join(counts)}: {seconds:.1f} s{rate}"
+    if not done.added:
+        return line
+    added = count(sum(done.added.values()), "impression")
+    existing = f"{count(len(done.added), 'subject')} that existed before"
+    return f"{line}\n{added} added to {existing}; {len(done.unmatched)} of them match no other"
 
 
-def _about_added(done: Enrolment) -> list[str]:
-    """Return the lines on prints of subjects that existed before."""
-    lines = []
-    if done.added:
-        added = count(sum(done.added.values()), "impression")
-        existing = f"{count(len(done.added), 'subject')} that existed before"
-        lines.append(f"{added} added to {existing}; {len(done.unmatched)} of them match no other")
-    return lines
-
-
-def _as_dict(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float) -> dict[str, Any]:
+def _as_dict(done: Enrolment) -> dict[str, Any]:
     from fpmatch.prints.reading import ASSUMED_DPI
 
     noted = dict(done.noted)
     return {
-        "gallery": name,
         "enrolled": done.enrolled,
         "known": done.known,
         "failed": len(done.failures),
@@ -245,7 +228,4 @@ def _as_dict(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float)
         "notes": notes_as_json(noted),
         "added": {"impressions": sum(done.added.values()), "subjects": len(done.added)},
         "unmatched": [asdict(one) for one in done.unmatched],
-        "seconds": round(seconds, 3),
-        "impressions": sizes[0],
-        "subjects": sizes[1],
     }

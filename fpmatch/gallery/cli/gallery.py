@@ -1,4 +1,4 @@
-"""`fpmatch gallery`: commands that show and change a gallery."""
+"""`fpmatch gallery`: commands that show and change a gallery, and its audit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from fpmatch.cli.notes import say_note, show, show_line
 from fpmatch.cli.options import json_array_option, json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.cli.gallery_audit import audit
 from fpmatch.gallery.cli.notes import json_lines, say_damaged
 from fpmatch.gallery.cli.options import key_option
 from fpmatch.printable import count, json_text, printable
@@ -45,23 +44,11 @@ def gallery() -> None:
     """
 
 
-def _summary_text(name: str, s: Mapping[str, Any]) -> str:
-    impressions, failures, damaged = s["impressions"], s["failures"], s["damaged"]
-    n = max(impressions, 1)
-    dpi = (f"{one['impressions']} at {one['dpi']:g} dpi" for one in s["dpi"])
-    failed = f"{count(failures, 'picture')} could not be enrolled" if failures else "none"
-    uncounted = f"{count(damaged, 'entry', 'entries')}, not counted here"
-    rows = [
-        ("Impressions", f"{impressions} of {count(s['subjects'], 'subject')}"),
-        ("Resolution", ", ".join(dpi) or "none"),
-        ("Minutiae", f"{s['minutiae']}, {s['minutiae'] / n:.0f} an impression"),
-        ("Templates", f"{s['template_bytes']} bytes, {s['template_bytes'] / n:.0f} an impression"),
-        ("Failures", failed),
-        *(("Encryption", f"key {key}") for key in s["keys"]),
-        ("Format", f"version {s['version']}"),
-        *([("Damaged", uncounted)] if damaged else []),
-    ]
-    return "\n".join([printable(name), *(f"  {label:<12}{text}" for label, text in rows)])
+def _summary_text(name: str, counted: Mapping[str, Any]) -> str:
+    dpi = ", ".join(f"{one['impressions']} at {one['dpi']:g} dpi" for one in counted["dpi"])
+    rows = {**counted, "dpi": dpi or "none", "keys": ", ".join(counted["keys"]) or "none"}
+    lines = (f"  {key.replace('_', ' '):<16}{value}" for key, value in rows.items())
+    return "\n".join([printable(name), *lines])
 
 
 @gallery.command(
@@ -140,30 +127,21 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
     with reasons; `fpmatch gallery remove` removes them, and the prints can be enrolled again.
     """
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.store.audit import AuditError, check_audit
+    from fpmatch.gallery.listing.entry import Label
+    from fpmatch.gallery.store.audit import check_audit
     from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 
     stages = {"read": "reading entries", "check": "comparing"}
-    faults: list[str] = []
+    fault = ""
     with open_gallery(gallery) as opened, ProgressBars(stages) as bars:
-        if subject is None:
-            if fault := opened.structure_fault():
-                lost = "entries may be missing, or under other names; restore a copy"
-                faults.append(f"{opened.name}: the database is damaged ({fault}): {lost}")
-            try:
+        try:
+            if subject is None:
                 check_audit(opened)  # before this check becomes its last event
-            except AuditError as error:
-                faults.append(str(error))
-            except GalleryError as error:
-                if error.code != "no audit":
-                    raise
+        except GalleryError as error:
+            fault = "" if error.code == "no audit" else str(error)
         damaged = find_damaged(opened, subject=subject, progress=bars.show)
-        wanted = None
-        if subject is not None:
-            entries = map(opened.find_entry, opened.numbers_of(subject))
-            wanted = {entry.label.subject for entry in entries if entry is not None}
-        checks = list(check_fingers(opened, subjects=wanted, progress=bars.show))
-    doubtful = [check for check in checks if not check.consistent]
+        checks = list(check_fingers(opened, subject=subject, progress=bars.show))
+    doubtful = [check for check in checks if not check["consistent"]]
     if as_json:
         # of the same form as the checks of fingers, for programs that read these only
         rows = [
@@ -171,21 +149,24 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
             | {"disagreements": [], "damaged": why}
             for number, why in damaged.items()
         ]
-        show(json_text([*(check.as_dict() for check in checks), *rows]))
+        show(json_text([*checks, *rows]))
     else:
         for one in doubtful:
-            sizes = ", ".join(str(len(group)) for group in one.groups)
-            show_line(f"{one.name}: groups of {sizes} impressions do not match each other")
-            for pair in one.disagreements:
-                show_line(f"  {pair}")
+            name = Label(one["subject"], one["finger"])
+            sizes = ", ".join(str(len(group)) for group in one["groups"])
+            show_line(f"{name}: groups of {sizes} impressions do not match each other")
+            for pair in one["disagreements"]:
+                first, second = pair["ids"]
+                text = f"entry {second} does not match entry {first}, score {pair['score']:.1f}"
+                show_line(f"  {text}")
         several = count(len(checks), "finger")
         for number, why in damaged.items():
             show_line(f"entry {number} is damaged: {why}")
         lost = f"; {count(len(damaged), 'damaged entry', 'damaged entries')}" if damaged else ""
         show(f"{several} with several impressions checked, {len(doubtful)} doubtful{lost}")
-    for fault in faults:
+    if fault:
         say_note(fault)
-    return 2 if faults else 1 if doubtful or damaged else 0
+    return 2 if fault else 1 if doubtful or damaged else 0
 
 
 @gallery.command(
@@ -235,7 +216,6 @@ changed nothing, or all: start it again.
 Examples:
   fpmatch gallery rewrite prints.db
   fpmatch gallery rewrite prints.db --encrypt --key file:keys.txt
-  fpmatch gallery rewrite prints.db --decrypt --key file:keys.txt
 
 Exit status: 0 when it is done, 1 when some templates are damaged, which are left as they are, 2
 when it could not be done; the gallery is whole then.
@@ -243,48 +223,136 @@ when it could not be done; the gallery is whole then.
 )
 @_ARGUMENT
 @click.option("--encrypt", is_flag=True, help="Seal all templates with the current key of --key.")
-@click.option("--decrypt", is_flag=True, help="Store all templates without encryption.")
 @json_option
 @key_option
-def rewrite(gallery: str, encrypt: bool, decrypt: bool, as_json: bool) -> int:
-    """Rewrite GALLERY without free space, or with its templates encrypted or decrypted.
+def rewrite(gallery: str, encrypt: bool, as_json: bool) -> int:
+    """Rewrite GALLERY without free space, or with its templates encrypted.
 
-    Without --encrypt and --decrypt, prepared prints that no longer fit are deleted, too.
+    Without --encrypt, prepared prints that no longer fit are deleted, too.
     """
-    if encrypt and decrypt:
-        raise click.UsageError("--encrypt and --decrypt exclude each other")
-    if encrypt or decrypt:
-        return _seal(gallery, decrypt=decrypt, as_json=as_json)
-    from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.tasks.space import free_space
-
-    with open_gallery(gallery) as opened:
-        done, name = free_space(opened), opened.name
-    sizes = [
-        f"  {label.capitalize():<12}{size['after']} bytes, {size['before']} before"
-        for label, size in done.items()
-    ]
-    text = "\n".join([printable(name), *sizes])
-    show(json_text({"gallery": name, **done}) if as_json else text)
-    return 0
-
-
-def _seal(gallery: str, *, decrypt: bool, as_json: bool) -> int:
-    """Encrypt all templates of a gallery with the current key, or decrypt them."""
-    from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.tasks.rotation import PLAIN, rotate
+    from fpmatch.gallery.gallery import free_space, open_gallery
+    from fpmatch.gallery.tasks.rotation import rotate
 
     with open_gallery(gallery) as opened, ProgressBars({"rotate": "encrypting"}) as bars:
-        done, name = rotate(opened, decrypt=decrypt, progress=bars.show), opened.name
-    for number, why in done.damaged.items():
+        name, damaged = opened.name, dict[int, str]()
+        if encrypt:
+            done = rotate(opened, progress=bars.show)
+            damaged = done.damaged
+            rows = [{"id": number, "reason": why} for number, why in damaged.items()]
+            document: dict[str, Any] = {**asdict(done), "damaged": rows}
+            rewritten = count(done.sealed, "template")
+            text = printable(f"{name}: encrypted with key {done.key}; {rewritten} rewritten")
+        else:
+            document = free_space(opened)
+            sizes = [
+                f"  {label.capitalize():<12}{size['after']} bytes, {size['before']} before"
+                for label, size in document.items()
+            ]
+            text = "\n".join([printable(name), *sizes])
+    for number, why in damaged.items():
         say_note(f"{name}: entry {number}, left as it is: {why}")
-    if as_json:
-        damaged = [{"id": number, "reason": why} for number, why in done.damaged.items()]
-        show(json_text({"gallery": name, **asdict(done), "damaged": damaged}))
-    else:
-        state = "not encrypted any more" if done.key == PLAIN else f"encrypted with key {done.key}"
-        show_line(f"{name}: {state}; {count(done.sealed, 'template')} rewritten")
-    return 1 if done.damaged else 0
+    show(json_text({"gallery": name, **document}) if as_json else text)
+    return 1 if damaged else 0
 
 
-gallery.add_command(audit)
+@gallery.group(
+    cls=Group,
+    epilog="""\b
+Examples:
+  fpmatch gallery audit show prints.db
+  fpmatch gallery audit verify prints.db
+  fpmatch gallery audit switch prints.db on
+
+The client of an event is the name of a token of the server; for commands it is the user of the
+system and the host, after the name in FPMATCH_OPERATOR if that is set. Times are UTC.
+""",
+)
+def audit() -> None:
+    """Show and verify who did what with a gallery, and when; switch this on or off.
+
+    The audit of a GALLERY contains who enrolled, searched, compared, listed, removed or exported
+    what, by commands and over HTTP; the event of a change is stored together with the change. It
+    contains neither pictures nor templates. An action whose event cannot be stored is not done.
+    """
+
+
+@audit.command(
+    "show",
+    epilog="""\b
+Examples:
+  fpmatch gallery audit show prints.db
+  fpmatch gallery audit show prints.db --json | jq '.[] | select(.action == "remove")'
+""",
+)
+@_ARGUMENT
+@json_array_option
+def show_(gallery: str, as_json: bool) -> None:
+    """Print the events in the audit of GALLERY."""
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.store.audit import events_of
+
+    with open_gallery(gallery) as opened:
+        events = (event for _, _, event in events_of(opened))
+        for line in json_lines(events) if as_json else map(_as_text, events):
+            show_line(line)
+
+
+@audit.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery audit verify prints.db
+  fpmatch gallery audit verify prints.db --expect 1204 5d0c2a...
+
+All entries are read. That the last lines are missing, or that all were written anew, cannot be seen
+from the audit alone, but from a number of lines and the last hash that were noted elsewhere:
+--expect compares them.
+
+Exit status: 0 when the audit is whole, 2 when a line was changed, removed or inserted, or the
+gallery was changed without an event.
+"""
+)
+@_ARGUMENT
+@click.option(
+    "--expect",
+    metavar="N HASH",
+    type=(click.IntRange(0), str),
+    help="Check that line N has this hash: that an earlier state is a part of this one.",
+)
+@json_option
+def verify(gallery: str, expect: tuple[int, str] | None, as_json: bool) -> None:
+    """Check the audit of GALLERY and its entries; print the number of events and the last hash."""
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.store.audit import check_audit
+
+    with open_gallery(gallery) as opened:
+        state = check_audit(opened, expect=expect)
+        opened.check_rows()
+    words = f"{count(state.events, 'event')}, last hash {state.last}"
+    show(json_text(asdict(state)) if as_json else words)
+
+
+@audit.command(
+    "switch",
+    epilog="""\b
+Examples:
+  fpmatch gallery audit switch prints.db on
+  fpmatch gallery audit switch prints.db off
+""",
+)
+@_ARGUMENT
+@click.argument("state", metavar="on|off", type=click.Choice(["on", "off"]))
+def switch_(gallery: str, state: str) -> None:
+    """Let GALLERY keep an audit from now on, or, after a last event, none any more."""
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.store.audit import switch
+
+    with open_gallery(gallery) as opened:
+        changed = switch(opened, on=state == "on")
+        show_line(f"{opened.name}: audit {state}{'' if changed else ', as it was before'}")
+
+
+def _as_text(event: dict[str, Any]) -> str:
+    known = ("time", "client", "action")
+    time, client, action = (printable(event.get(key, "-")) for key in known)
+    details = {k: v for k, v in event.items() if k not in {*known, "previous", "state"}}
+    return f"{time}  {client}  {action}  {json_text(details, indent=None)}"

@@ -9,48 +9,29 @@ import click
 
 from fpmatch.cli.command import Command
 from fpmatch.cli.options import (
-    MIRROR,
     PRINT,
+    dpi_option,
     file_option,
     files_argument,
     json_option,
     matcher_option,
-    reading_options,
 )
-from fpmatch.gallery.cli.options import (
-    FROM_1,
-    check_where,
-    key_option,
-    scheduler_option,
-)
+from fpmatch.gallery.cli.options import FROM_1, check_where, key_option, scheduler_option
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from fpmatch.image.io.grey import RawSize
-    from fpmatch.image.quality.polarity import Polarity
 
 
 @click.command(
     cls=Command,
     details="""
 The index of a large GALLERY is made by the first search, and extended by the first one after a
-change. A manifest of probes is as for fpmatch enrol.
-
-\b
-Columns:
-  score      -10 log10 of the FMR, 0 to 100; of a finger, from all its impressions together
-  FMR        share of comparisons with other fingers, of as many impressions, that score as high
-  by chance  number of searched fingers expected to score as high if the finger is not enrolled,
-             by the FMR, or if fewer, by the scores of the others
-  print      subject, finger and impression: of a subject its best finger, of a finger its most
-             similar impression
-  number     of the entry, as `fpmatch gallery list` shows it
-  picture    that was enrolled
+change. A manifest of probes is as for fpmatch enrol. Probes that need options to be read (--raw,
+--polarity, --mirror) are extracted first: fpmatch extract makes templates of them.
 
 \b
 More examples:
-  fpmatch identify postgresql://me@host/prints probe.tif --transform
+  fpmatch identify postgresql://me@host/prints probe.tif
   fpmatch identify people.db left.png --with right.png
   fpmatch identify prints.db --probes seized -o candidates.jsonl --scheduler tcp://host:8786
 """,
@@ -100,19 +81,6 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     help="Omit candidates of which X others or more are expected by chance: with 0.01, about one "
     "search in a hundred lists a wrong one.",
 )
-@click.option(
-    "--transform",
-    "transforms",
-    is_flag=True,
-    hidden=True,
-    help="Show the transform to each candidate.",
-)
-@click.option(
-    "--all",
-    "all_fingers",
-    is_flag=True,
-    help="List all fingers, not each subject once with the best of its fingers.",
-)
 @file_option(
     "--with",
     "others",
@@ -121,8 +89,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     help="Search for the subject whose fingers match PROBE and SECOND, a print of another of the "
     "subject's fingers, best together; repeatable. A manifest may name the finger of each.",
 )
-@reading_options
-@MIRROR
+@dpi_option
 @matcher_option
 @file_option(
     "--calibration",
@@ -154,12 +121,8 @@ def identify(
     more_probes: tuple[Path, ...],
     output: Path | None,
     dpi: float | None,
-    polarity: Polarity,
-    raw: tuple[RawSize, ...],
-    mirror: bool,
     matcher: str,
     calibration: Path | None,
-    all_fingers: bool,
     others: tuple[Path, ...],
     as_json: bool,
     workers: int | None,
@@ -176,7 +139,6 @@ def identify(
     from fpmatch.gallery.search.search import SearchOptions
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.registry import matcher_name, states_rho
-    from fpmatch.prints.reading import PrintReader
 
     if states_rho(matcher):
         raise click.UsageError("rho decides on two prints: searches go by scores")
@@ -185,27 +147,17 @@ def identify(
     if not places:
         raise click.UsageError("Missing argument 'PROBE...', or --probes.")
     check_where(workers, scheduler)
-    options = SearchOptions(
-        listed="fingers" if all_fingers else "subjects",
-        calibration=curve,
-        **limits,
-    )
-    reader = PrintReader(raw, quiet=True, mirror=mirror)
-    reading = {"polarity": polarity, "dpi": dpi, "reader": reader}
-    where = gallery, matcher, workers, scheduler
-    run = runs.Run(*where, places, find_prints(places, dpi), reading, options, as_json)
-    if output is not None:
-        from fpmatch.gallery.batch.candidates import is_json_lines
-
-        if others:
-            raise click.UsageError("-o excludes --with")
-        if options.transforms and not is_json_lines(output):
-            raise click.UsageError("--transform needs -o OUT.jsonl: CSV has no columns for it")
-        return runs.identify_to_file(run, output)
-    if scheduler is not None:
+    if output is not None and others:
+        raise click.UsageError("-o excludes --with")
+    if output is None and scheduler is not None:
         raise click.UsageError("--scheduler goes with -o")
+    options = SearchOptions(listed="subjects", calibration=curve, **limits)
+    files = find_prints(places, dpi)
+    run = runs.Run(gallery, matcher, workers, scheduler, dpi, options, as_json)
+    if output is not None:
+        return runs.identify_to_file(run, places, files, output)
     if others:
-        if options.listed != "subjects" or options.transforms:
-            raise click.UsageError("--with lists subjects: it excludes --all and --transform")
-        return runs.identify_by_fingers(run, find_prints(others, dpi))
-    return runs.identify_one_by_one(run)
+        if len(files) > 1:
+            raise click.UsageError(f"--with goes with one PROBE, not with {len(files)}")
+        return runs.identify_by_fingers(run, [*files, *find_prints(others, dpi)])
+    return runs.identify_one_by_one(run, files)

@@ -50,8 +50,7 @@ def key(source: str | None, new: bool, add: bool, as_json: bool) -> None:
     The keys are of encrypted galleries, which are lost without them: keep a copy
     elsewhere.
     """
-    from fpmatch.gallery.encryption.key_text import add_key, make_keys
-    from fpmatch.gallery.encryption.keys import load_keys
+    from fpmatch.gallery.encryption.keys import add_key, load_keys, make_keys
 
     if new and add:
         raise click.UsageError("--new and --add exclude each other")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -138,7 +137,6 @@ def score(
     join and leave.
     """
     from fpmatch.gallery.batch import score as scoring
-    from fpmatch.gallery.batch.sources import open_source
     from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.matching.calibration import load_calibration
@@ -146,27 +144,24 @@ def score(
     from fpmatch.prints.reading import PrintReader
 
     check_where(workers, scheduler)
-    opened = partial(
-        open_source,
-        dpi=dpi,
-        polarity=polarity,
-        reader=PrintReader(raw, quiet=True),
-        pattern=None if pattern is None else NamePattern(pattern),
-        by_folder=by_folder,
-    )
     fitted = load_calibration(matcher_name(matcher), calibration) if calibration else None
     say_slow_kernels()
     try:
         with make_engine(workers, scheduler) as engine, ProgressBars(_STAGES) as bars:
             done = scoring.score(
-                opened(references),
-                opened(probes),
+                references,
+                probes,
                 output,
                 matcher=matcher,
                 calibration=fitted,
                 engine=engine,
                 progress=bars.show,
                 once=True,
+                dpi=dpi,
+                polarity=polarity,
+                reader=PrintReader(raw, quiet=True),
+                pattern=None if pattern is None else NamePattern(pattern),
+                by_folder=by_folder,
                 **choice,
             )
     except KeyboardInterrupt:

@@ -1,4 +1,4 @@
-"""Keys of encrypted data, and where they come from: a file, or the environment.
+"""Keys of encrypted data, and their sources, a file or the environment: read, make and add keys.
 
 A text of keys has one key a line, its id and its 32 bytes in base64; the first is the current one,
 with which new data are sealed::
@@ -13,15 +13,16 @@ import base64
 import binascii
 import hashlib
 import os
+import secrets
 import stat
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
-from fpmatch.errors import EncryptionError
+from fpmatch.base.output import atomic_write
+from fpmatch.errors import EncryptionError, OutputError, without_path
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-    from types import ModuleType
 
     from cryptography.hazmat.primitives.ciphers.aead import AESGCM
 
@@ -34,6 +35,7 @@ KINDS: Final = ("file", "env")
 SOURCES: Final = "file:PATH or env:NAME"
 _LARGEST_TEXT: Final = 2**16  # characters: some hundred keys
 _OTHERS: Final = stat.S_IRWXG | stat.S_IRWXO
+_HEAD: Final = "# keys of fpmatch, the current one first; without them the data are lost\n"
 
 
 class Key:
@@ -71,13 +73,17 @@ class Key:
 
         It is kept for the next call.
         """
-        cipher = self._ciphers.get((purpose, salt))
-        if cipher is None:
-            aead, hashes, hkdf = _library()
-            derivation = hkdf.HKDF(hashes.SHA256(), KEY_BYTES, salt, b"fpmatch " + purpose)
-            cipher = aead.AESGCM(derivation.derive(self._secret))
-            self._ciphers[purpose, salt] = cipher
-        return cipher
+        if (purpose, salt) not in self._ciphers:
+            try:
+                from cryptography.hazmat.primitives.ciphers.aead import AESGCM  # noqa: PLC0415
+                from cryptography.hazmat.primitives.hashes import SHA256  # noqa: PLC0415
+                from cryptography.hazmat.primitives.kdf.hkdf import HKDF  # noqa: PLC0415
+            except ImportError as error:
+                why = "encryption needs cryptography: pip install 'fpmatch[encryption]'"
+                raise EncryptionError(why, code="not installed") from error
+            derivation = HKDF(SHA256(), KEY_BYTES, salt, b"fpmatch " + purpose)
+            self._ciphers[purpose, salt] = AESGCM(derivation.derive(self._secret))
+        return self._ciphers[purpose, salt]
 
 
 class KeyRing:
@@ -139,21 +145,16 @@ def given_source() -> str:
     return os.environ.get(KEY_VARIABLE, "")
 
 
-def keys_for(key_id: str, source: str | None = None) -> KeyRing:
-    """Return the keys of a source, as `load_keys`; without one, the error names the key's id."""
-    if not (source or given_source()):
-        raise _missing_key(key_id)
-    return load_keys(source)
-
-
-def load_keys(source: str | None = None) -> KeyRing:
+def load_keys(source: KeyRing | str | None = None, key_id: str = "") -> KeyRing:
     """Return the keys of a source.
 
     Parameters
     ----------
-    source : str, optional
+    source : KeyRing or str, optional
         ``file:PATH`` (which no other user may read) or ``env:NAME`` (default: that in the
-        environment variable ``FPMATCH_KEY``).
+        environment variable ``FPMATCH_KEY``); keys are returned as they are.
+    key_id : str
+        The id of the key that is needed, which the error names where there is no source.
 
     Raises
     ------
@@ -168,7 +169,11 @@ def load_keys(source: str | None = None) -> KeyRing:
     >>> load_keys("env:MY_KEY").current
     Key('4290bd01905d96eb')
     """
+    if isinstance(source, KeyRing):
+        return source
     chosen = given_source() if source is None else source
+    if not chosen and key_id:
+        raise _missing_key(key_id)
     if not chosen:
         why = f"no key was given; {KEY_VARIABLE} names one: {SOURCES}"
         raise EncryptionError(why, code="missing key")
@@ -178,6 +183,24 @@ def load_keys(source: str | None = None) -> KeyRing:
         what = "variable is not set" if kind == "env" else "no keys there"
         raise EncryptionError(what, path=chosen, code="missing source")
     return KeyRing(parse_keys(text, chosen), chosen)
+
+
+def make_keys(source: str) -> KeyRing:
+    """Make a new key and write it to ``file:PATH``, where nothing is yet.
+
+    Raises EncryptionError if there is something, or it cannot be written.
+    """
+    if _path_of(source).exists():
+        why = "is there already; --add puts a new key into it, as the current one"
+        raise EncryptionError(why, path=source, code="exists")
+    return _write(source, [])
+
+
+def add_key(source: str) -> KeyRing:
+    """Put a new key, as the current one, before those of a source; return all."""
+    _path_of(source)
+    old = load_keys(source)
+    return _write(source, map(old.find, old.ids))
 
 
 def split_source(source: str) -> tuple[str, str]:
@@ -228,13 +251,25 @@ def _read_file(path: Path) -> str:
         raise EncryptionError(why.lower(), path=source, code="missing source") from error
 
 
-def _library() -> tuple[ModuleType, ModuleType, ModuleType]:
-    """Return the modules of `cryptography` for ciphers, hashes and derived keys."""
+def _path_of(source: str) -> Path:
+    """Return the file of a source; EncryptionError if it is the environment."""
+    kind, name = split_source(source)
+    if kind == "env":
+        why = "a variable of the environment cannot be changed; give file:PATH"
+        raise EncryptionError(why, path=source, code="source")
+    return Path(name)
+
+
+def _write(source: str, old: Iterable[Key]) -> KeyRing:
+    """Write a new key and old ones to a file that no other user can read; it appears whole."""
+    path = _path_of(source)
+    keys = [Key(secrets.token_bytes(KEY_BYTES)), *old]
     try:
-        from cryptography.hazmat.primitives import hashes  # noqa: PLC0415
-        from cryptography.hazmat.primitives.ciphers import aead  # noqa: PLC0415
-        from cryptography.hazmat.primitives.kdf import hkdf  # noqa: PLC0415
-    except ImportError as error:
-        why = "encryption needs cryptography: pip install 'fpmatch[encryption]'"
-        raise EncryptionError(why, code="not installed") from error
-    return aead, hashes, hkdf
+        with atomic_write(path) as stream:
+            stream.write((_HEAD + "".join(f"{key.as_line()}\n" for key in keys)).encode())
+            stream.flush()
+            os.fsync(stream.fileno())
+    except OutputError as error:
+        why = without_path(str(error), path)
+        raise EncryptionError(why, path=source, code="output") from error
+    return KeyRing(keys, source)

@@ -1,8 +1,8 @@
 """Engines: where the chunks of a batch are worked on.
 
-`serial` works in this process, `processes` in several on this machine, `dask` on a cluster that is
-already running. With every engine the results come in the order of the chunks and are the same to
-the last bit.
+`serial` works in this process, `processes` in several on this machine; `make_engine` also returns
+an engine of a Dask cluster that is already running. With every engine the results come in the
+order of the chunks and are the same to the last bit.
 """
 
 from __future__ import annotations
@@ -11,22 +11,21 @@ import pickle
 import uuid
 import warnings
 from collections import deque
-from contextlib import ExitStack, closing
+from concurrent.futures import wait
+from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch._version import __version__
 from fpmatch.base.threads import available_cores
 from fpmatch.errors import EngineError
-from fpmatch.gallery.engine.executors import in_order, open_executor
-from fpmatch.gallery.engine.worker import NeedsTask, run_chunk, single_threaded
+from fpmatch.gallery.engine.executors import POLL_S, Workers, open_cluster, open_processes
+from fpmatch.gallery.engine.worker import run_chunk, single_threaded
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator
+    from collections.abc import Callable, Generator, Iterable
     from concurrent.futures import Future
     from typing import Self
-
-    from fpmatch.gallery.engine.executors import Workers
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
@@ -42,19 +41,22 @@ _ONE_PROCESS: Final = (
 class Engine:
     """Works on chunks; as a context manager it keeps its workers from one `map` to the next.
 
-    Without `workers` and `scheduler` it works in this process; they are as for `open_executor`.
+    There are `workers` processes of this machine, or those of the Dask cluster of a `scheduler`;
+    without both, this process works.
     """
 
     def __init__(self, workers: int | None = None, scheduler: str | None = None) -> None:
-        self._open = partial(open_executor, workers, scheduler)
         self._is_serial = workers is None and scheduler is None
+        self._open = partial(open_processes, workers or 1)
+        if scheduler is not None:
+            self._open = partial(open_cluster, scheduler)
         self._workers: Workers | None = None
         self._running = ExitStack()
         self._entered = 0
 
     def __enter__(self) -> Self:
-        """Start the workers, and keep them until the block ends."""
-        if not (self._entered or self._is_serial):
+        """Start the workers, unless they run already, and keep them until the block ends."""
+        if self._workers is None and not self._is_serial:
             self._workers = self._running.enter_context(self._open())
         self._entered += 1
         return self
@@ -87,6 +89,11 @@ class Engine:
         notebook or in the script that was started is done in this process, with a warning. Raises
         EngineError if the engine broke down, with the `name` of the chunks that were worked on;
         errors of `work` are passed on.
+
+        Examples
+        --------
+        >>> list(serial().map(pow, 2, [1, 2, 3]))
+        [2, 4, 8]
         """
         packed = b"" if self._is_serial else _packed(work, shared)
         if b"__main__" in packed:
@@ -97,48 +104,50 @@ class Engine:
                     yield work(shared, chunk)
             return
         with self:
-            if self._workers is None:  # the last ones broke down
-                self._workers = self._running.enter_context(self._open())
-            yield from self._map(self._workers, packed, chunks, name)
+            yield from self._map(packed, chunks, name)
 
     def _map(
-        self,
-        workers: Workers,
-        packed: bytes,
-        chunks: Iterable[Chunk],
-        name: Callable[[Chunk], str] | None,
+        self, packed: bytes, chunks: Iterable[Chunk], name: Callable[[Chunk], str] | None
     ) -> Generator[Any, None, None]:
         """Yield the results of workers, to which the task is sent as long as some may lack it."""
-        run, unfinished = uuid.uuid4().hex, deque[Chunk]()
+        assert self._workers is not None
+        workers, run = self._workers, uuid.uuid4().hex
+        pending: deque[tuple[Chunk, Future[Any]]] = deque()
 
-        def window() -> int:
-            return CHUNKS_IN_FLIGHT * workers.count()
+        def submit(chunk: Chunk, task: bytes) -> Future[Any]:
+            return workers.executor.submit(run_chunk, run, task, chunk)
 
-        def drawn() -> Iterator[tuple[bytes, Chunk]]:
-            for number, chunk in enumerate(chunks):
-                unfinished.append(chunk)
-                yield packed if number < window() else b"", chunk
-
-        def submit(call: tuple[bytes, Chunk]) -> Future[Any]:
-            return workers.executor.submit(run_chunk, run, call)
+        def first() -> Any:
+            chunk, future = pending[0]
+            while not wait([future], POLL_S).done:
+                workers.check()
+            answer = future.result()
+            if answer is None:  # of a worker that lacks the task
+                pending[0] = chunk, submit(chunk, packed)
+                return first()
+            pending.popleft()
+            return answer[0]
 
         try:
-            with closing(in_order(submit, drawn(), window, workers.check)) as results:
-                for result in results:
-                    if result is NeedsTask.YES:
-                        call = packed, unfinished[0]
-                        (result,) = in_order(submit, [call], window, workers.check)  # noqa: PLW2901
-                    unfinished.popleft()
-                    yield result
+            for number, chunk in enumerate(chunks):
+                window = CHUNKS_IN_FLIGHT * workers.count()
+                pending.append((chunk, submit(chunk, packed if number < window else b"")))
+                if len(pending) >= window:
+                    yield first()
+            while pending:
+                yield first()
         except Exception as error:
             why = workers.explain(error)
             if why is None:
                 raise
-            if name is not None and unfinished:
-                at = [name(chunk) for chunk in list(unfinished)[: workers.count()]]
+            if name is not None and pending:
+                at = [name(chunk) for chunk, _ in list(pending)[: workers.count()]]
                 why = f"{why} (at {' or '.join(at)})"
             self._stop()
             raise EngineError(why) from error
+        finally:
+            for _, future in pending:
+                future.cancel()
 
 
 def _packed(work: Callable[..., Any], shared: object) -> bytes:
@@ -155,14 +164,7 @@ def _packed(work: Callable[..., Any], shared: object) -> bytes:
 
 
 def serial() -> Engine:
-    """Return the engine that works in this process.
-
-    Examples
-    --------
-    >>> with serial() as engine:
-    ...     list(engine.map(pow, 2, [1, 2, 3]))
-    [2, 4, 8]
-    """
+    """Return the engine that works in this process."""
     return Engine()
 
 
@@ -179,21 +181,16 @@ def processes(workers: int | None = None) -> Engine:
     return Engine(None if count == 1 else count)
 
 
-def dask(scheduler: str) -> Engine:
-    """Return the engine of a Dask cluster that is already running.
+def make_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
+    """Return the engine of a Dask cluster if there is a scheduler, else `processes`.
 
     `scheduler` is its address, as ``tcp://host:8786``. Workers may join and leave; what a lost
     worker had is computed again by another. They need the same version of fpmatch, but none of the
     files. On entering, EngineError is raised if Dask is not installed (extra ``fpmatch[dask]``), or
-    no scheduler answers.
+    no scheduler answers. Workers and a scheduler are a ValueError.
     """
-    return Engine(scheduler=scheduler)
-
-
-def make_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
-    """Return `dask` of the scheduler if there is one, else `processes`; ValueError for both."""
     if scheduler is None:
         return processes(workers)
     if workers is not None:
         raise ValueError("give workers or a scheduler, not both")
-    return dask(scheduler)
+    return Engine(scheduler=scheduler)

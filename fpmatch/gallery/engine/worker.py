@@ -6,9 +6,7 @@ import multiprocessing
 import os
 import pickle
 import signal
-from collections import OrderedDict
 from contextlib import contextmanager, nullcontext
-from enum import Enum
 from threading import Lock, Thread
 from typing import TYPE_CHECKING, Any, Final
 
@@ -19,15 +17,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 TASKS_HELD: Final = 2  # that a worker keeps, the latest ones
-_tasks: OrderedDict[str, tuple[Any, Any]] = OrderedDict()  # function, and what its chunks share
+_tasks: dict[str, tuple[Any, Any]] = {}  # by run: a function, and what its chunks share
 _one_at_a_time: Final = Lock()  # workers of a cluster may have several threads
 _own: list[bool] = []  # not empty in a process that `init_worker` has prepared
-
-
-class NeedsTask(Enum):
-    """The answer of a worker that has not been sent the task of a chunk."""
-
-    YES = 1
 
 
 def init_worker() -> None:
@@ -52,23 +44,22 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def run_chunk(run: str, call: tuple[bytes, Any]) -> Any:
-    """Work on a chunk of a run, whose task comes with it where the worker may not have it."""
-    packed, chunk = call
+def run_chunk(run: str, task: bytes, chunk: Any) -> tuple[Any] | None:
+    """Work on a chunk of a run; None where the task did not come with it, and is not known."""
     with _one_at_a_time, nullcontext() if _own else single_threaded():
         if run not in _tasks:
-            if not packed:
-                return NeedsTask.YES
-            version, *task = pickle.loads(packed)
+            if not task:
+                return None
+            version, work, shared = pickle.loads(task)
             if version != __version__:
                 raise EngineError(
                     f"a worker has fpmatch {__version__}, not {version}: scores might differ"
                 )
-            _tasks[run] = task[0], task[1]
-            while len(_tasks) > TASKS_HELD:
-                _tasks.popitem(last=False)
+            _tasks[run] = work, shared
+            if len(_tasks) > TASKS_HELD:
+                del _tasks[next(iter(_tasks))]
         work, shared = _tasks[run]
-        return work(shared, chunk)
+        return (work(shared, chunk),)
 
 
 def keep_single_threaded() -> None:

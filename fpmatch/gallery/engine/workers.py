@@ -1,4 +1,4 @@
-"""Batches on an engine: all chunks of a list, and one attempt at each item."""
+"""Batches on an engine: one attempt at each item, and how far they have come."""
 
 from __future__ import annotations
 
@@ -8,17 +8,13 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
-from fpmatch.base.threads import available_cores
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.engine.engine import processes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Generator, Iterable, Iterator
 
     from fpmatch.gallery.engine.engine import Engine
 
-Shared = TypeVar("Shared")
-Chunk = TypeVar("Chunk")
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -34,29 +30,6 @@ class Progress(Protocol):
 
 def no_progress(stage: str, done: int, total: int) -> None:
     """Ignore progress."""
-
-
-def run_chunks(
-    work: Callable[[Shared, Chunk], Result],
-    shared: Shared,
-    chunks: Sequence[Chunk],
-    *,
-    workers: int | None = None,
-    finished: Callable[[Chunk], None] = lambda _: None,
-) -> list[Result]:
-    """Return ``[work(shared, chunk) for chunk in chunks]``, computed by several processes.
-
-    `fpmatch.gallery.engine.engine.Engine.map` and `processes` describe the parameters.
-    `finished` is called with each chunk, in order, once its result is there.
-    """
-    results = []
-    most = available_cores() if workers is None else workers
-    engine = processes(min(most, max(1, len(chunks))))
-    with engine, closing(engine.map(work, shared, chunks)) as stream:
-        for result, chunk in zip(stream, chunks, strict=True):
-            results.append(result)
-            finished(chunk)
-    return results
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,10 +57,9 @@ def attempt_each(
     >>> [attempt.result for _, attempt in attempt_each(serial(), abs, [-1, 2, -3])]
     [1, 2, 3]
     """
-    sent: deque[list[Item]] = deque()
+    iterator, sent = iter(items), deque[list[Item]]()
 
     def chunks() -> Iterator[list[Item]]:
-        iterator = iter(items)
         while chunk := list(islice(iterator, ITEMS_PER_CHUNK)):
             sent.append(chunk)
             yield chunk
@@ -111,11 +83,10 @@ def _names(items: list[Any]) -> str:
 
 
 def _attempt_chunk(work: Callable[[Item], Result], chunk: list[Item]) -> list[Attempt[Result]]:
-    return [_attempt(work, item) for item in chunk]
-
-
-def _attempt(work: Callable[[Item], Result], item: Item) -> Attempt[Result]:
-    try:
-        return Attempt(work(item), "")
-    except FpmatchError as error:
-        return Attempt(None, str(error))
+    attempts: list[Attempt[Result]] = []
+    for item in chunk:
+        try:
+            attempts.append(Attempt(work(item), ""))
+        except FpmatchError as error:
+            attempts.append(Attempt(None, str(error)))
+    return attempts

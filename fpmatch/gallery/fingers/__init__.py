@@ -1,1 +1,1 @@
-"""Several impressions of a finger, and several fingers: compare, consolidate, merge and fuse."""
+"""Several impressions of a finger, and several fingers of a subject: compare and fuse them."""

@@ -5,10 +5,6 @@ accident grows almost n-fold. The score of a finger is therefore that of the har
 false match rates of its impressions. If one impression of n matches, this costs ``10·log10(n)``,
 like the bound n·FMR; if several match, it costs less.
 
-Impressions that match each other are also put together into a consolidated template (see
-`fpmatch.gallery.fingers.consolidate`). Where all of them belong to one, half of the weight is its
-own.
-
 References
 ----------
 Wilson, "The harmonic mean p-value for combining dependent tests", PNAS 116 (2019).
@@ -17,13 +13,12 @@ Wilson, "The harmonic mean p-value for combining dependent tests", PNAS 116 (201
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.fingers.consolidate import consolidate, link_impressions
-from fpmatch.matching.calibration import MAX_SCORE, score_to_fmr
+from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.decision import DEFAULT_THRESHOLD, Rule
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.result import call_matcher, check_repeats, compare_prepared
@@ -35,107 +30,23 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Comparison, Matcher
+    from fpmatch.matching.result import Matcher
     from fpmatch.matching.verify import Verification
     from fpmatch.templates.minutiae import Template
 
 MOST_IMPRESSIONS: Final = 64  # of a finger that a probe is compared with
-CONSOLIDATED_SHARE: Final = 0.5  # weight of a consolidated template of all impressions
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FingerComparison:
-    """The result of the comparison of a probe with a finger.
-
-    The score is ``-10·log10`` of the rate at which other fingers of as many impressions reach it.
-    """
-
-    score: float
-    scores: NDArray[np.float64]  # of the impressions, each by itself, shape (N,)
-    consolidated: NDArray[np.float64]  # of the consolidated templates, each by itself, shape (M,)
-    best: int  # the most similar impression; of equals, the first
-    comparison: Comparison  # with that impression
-
-    @property
-    def fmr(self) -> float:
-        """The false match rate that the score stands for."""
-        return score_to_fmr(self.score)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Finger:
-    """The impressions of a finger and its consolidated templates, prepared by a matcher.
-
-    The weights in the mean, 1 in sum, are those of the impressions, then of the consolidated.
-    """
-
-    matcher: Matcher
-    calibration: Calibration
-    chosen: tuple[int, ...]  # which of the impressions given; see `choose_impressions`
-    impressions: tuple[Any, ...]
-    consolidated: tuple[Any, ...]
-    weights: NDArray[np.float64]
-
-    @classmethod
-    def of(
-        cls,
-        templates: Sequence[Template],
-        matcher: Matcher,
-        calibration: Calibration,
-        *,
-        most: int = MOST_IMPRESSIONS,
-    ) -> Finger:
-        """Prepare impressions of any resolutions, of more than `most` the chosen ones.
-
-        Raises MatcherError if there is no impression.
-        """
-        if not templates:
-            raise MatcherError("a finger without impressions cannot be compared")
-        chosen = choose_impressions(templates, most)
-        shown = [templates[k] for k in chosen]
-        prepared = tuple(call_matcher(matcher, "prepare", template) for template in shown)
-        together = consolidate(shown, link_impressions(prepared, matcher, calibration))
-        shares = [CONSOLIDATED_SHARE * len(one.poses) / len(shown) for one in together]
-        alone = np.full(len(shown), (1.0 - sum(shares)) / len(shown))
-        return cls(
-            matcher=matcher,
-            calibration=calibration,
-            chosen=tuple(chosen),
-            impressions=prepared,
-            consolidated=tuple(call_matcher(matcher, "prepare", one.template) for one in together),
-            weights=np.concatenate([alone, shares]),
-        )
-
-    def compare(self, probe: Any) -> FingerComparison:
-        """Compare a probe, as the matcher's `prepare` returned it, with the finger."""
-        comparisons = [compare_prepared(self.matcher, probe, one) for one in self.impressions]
-        whole = [compare_prepared(self.matcher, probe, one) for one in self.consolidated]
-        scores = self.calibration.scores([one.similarity for one in (*comparisons, *whole)])
-        best = int(np.argmax([one.similarity for one in comparisons]))
-        alone, together = np.split(scores, [len(comparisons)])
-        score = fused_score(scores, self.weights)
-        return FingerComparison(score, alone, together, best, comparisons[best])
-
-
-def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIONS) -> list[int]:
-    """Return the indices, ascending, of at most so many impressions to compare a probe with.
-
-    Impressions of one session often overlap. So the impressions are divided, in the order in
-    which they are given, into `most` runs, and of each run the one is taken
-    whose minutiae have the greatest quality in sum; of equals, the first.
+def choose_impressions(count: int) -> list[int]:
+    """Return the numbers of the impressions to compare with: of very many, some spread over all.
 
     Examples
     --------
-    >>> from fpmatch import Minutiae, Template
-    >>> poor, good = (Template(Minutiae([1], [1], [0], quality=[q]), 9, 9) for q in (10, 90))
-    >>> choose_impressions([poor, good, good, poor, poor, poor], most=2)
-    [1, 3]
+    >>> choose_impressions(3), choose_impressions(128)[:3]
+    ([0, 1, 2], [0, 2, 4])
     """
-    if len(templates) <= most:
-        return list(range(len(templates)))
-    quality = np.array([template.minutiae.quality.sum(dtype=np.int64) for template in templates])
-    runs = np.array_split(np.arange(len(templates)), most)
-    return [int(run[np.argmax(quality[run])]) for run in runs]
+    some = min(count, MOST_IMPRESSIONS)
+    return [k * count // some for k in range(some)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -181,25 +92,28 @@ def verify_finger(
     """
     rule = Rule.of(matcher, threshold, calibration)
     assert rule.calibration is not None  # a threshold is a score
-    finger = Finger.of(references, rule.matcher, rule.calibration)
-    prepared = call_matcher(rule.matcher, "prepare", probe)
-    fused = finger.compare(prepared)
-    most_similar = finger.impressions[fused.best]
-    check_repeats(rule.matcher, prepared, most_similar, fused.comparison.similarity)
-    best = finger.chosen[fused.best]
-    shown = [references[k] for k in finger.chosen]
-    sides = tuple(zip(shown, finger.impressions, strict=True))
-    ours, theirs = (probe, prepared), sides[fused.best]
-    score, alone = max(0.0, fused.score - allowance), np.maximum(fused.scores - allowance, 0.0)
-    verification = decide(rule, ours, theirs, fused.comparison, score, impressions=sides)
-    return FingerVerification(verification, alone, finger.chosen, best)
+    if not references:
+        raise MatcherError("a finger without impressions cannot be compared")
+    chosen = tuple(choose_impressions(len(references)))
+    ours = probe, call_matcher(rule.matcher, "prepare", probe)
+    sides = [(references[k], call_matcher(rule.matcher, "prepare", references[k])) for k in chosen]
+    comparisons = [compare_prepared(rule.matcher, ours[1], prepared) for _, prepared in sides]
+    similarities = [comparison.similarity for comparison in comparisons]
+    scores = rule.calibration.scores(similarities)
+    best = int(np.argmax(similarities))
+    check_repeats(rule.matcher, ours[1], sides[best][1], similarities[best])
+    score = max(0.0, fused_score(scores) - allowance)
+    verification = decide(
+        rule, ours, sides[best], comparisons[best], score, impressions=tuple(sides)
+    )
+    alone = np.maximum(scores - allowance, 0.0)
+    return FingerVerification(verification, alone, chosen, chosen[best])
 
 
-def fused_score(scores: ArrayLike, weights: ArrayLike | None = None) -> float:
+def fused_score(scores: ArrayLike) -> float:
     """Return the score of a finger from those of all its impressions, at least one.
 
-    It is ``-10·log10`` of the weighted harmonic mean of their false match rates; the weights, 1 in
-    sum, are chosen before the comparison (default: equal).
+    It is ``-10·log10`` of the harmonic mean of their false match rates.
 
     Examples
     --------
@@ -207,14 +121,9 @@ def fused_score(scores: ArrayLike, weights: ArrayLike | None = None) -> float:
     40.0
     >>> round(fused_score([40.0, 0.0]), 2), round(fused_score([40.0, 40.0]), 2)
     (36.99, 40.0)
-    >>> round(fused_score([40.0, 0.0], [0.9, 0.1]), 2)
-    39.54
     """
     values = np.asarray(scores, np.float64)
-    best = values.max()
-    relative = 10.0 ** ((values - best) / 10.0)
-    mean = np.average(relative, weights=None if weights is None else np.asarray(weights))
-    return float(np.clip(best + 10.0 * np.log10(mean), 0.0, MAX_SCORE))
+    return float(fused_scores(values, np.zeros(len(values), np.intp), [len(values)])[0])
 
 
 def fused_scores(

@@ -22,26 +22,11 @@ import numpy as np
 from fpmatch.matching.calibration import MAX_SCORE
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
 _DECIBEL: Final = 10.0 / math.log(10.0)  # score units a factor of e in FMR
-
-
-def fuse_fingers(scores: ArrayLike) -> NDArray[np.float64]:
-    """Return the scores (...) of subjects from those of their fingers (..., F), in any order.
-
-    A score is ``-10·log10`` of the rate at which F fingers of other subjects score as high
-    together, 0 to 100; of one finger its own score.
-
-    Examples
-    --------
-    >>> from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
-    >>> fuse_fingers([[40.0], [0.0]]).tolist()
-    [40.0, 0.0]
-    >>> fuse_fingers([[40.0, 0.0], [20.0, 20.0], [40.0, 40.0]]).round(2).tolist()
-    [29.91, 29.91, 67.12]
-    """
-    return np.clip(_fused(np.asarray(scores, np.float64)), 0.0, MAX_SCORE)
 
 
 def assign_fingers(
@@ -75,21 +60,30 @@ def assign_fingers(
     ]
     if not pairs:
         return 0.0, []
-    fused = float(_fused(np.array([scores[pair] for pair in pairs])))
+    fused = fuse_fingers([float(scores[pair]) for pair in pairs])
     fused -= 10.0 * math.log10(_assignments(tuple(map(tuple, allowed.tolist()))))
     return min(max(0.0, fused), MAX_SCORE), pairs
 
 
-def _fused(scores: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return scores that may be over 100; the order of the fingers does not change a bit."""
-    each = np.sort(scores, axis=-1)
-    total = each.sum(axis=-1)
+def fuse_fingers(scores: Sequence[float]) -> float:
+    """Return the score of a subject from those of its fingers, in any order; it may be over 100.
+
+    It is ``-10·log10`` of the rate at which as many fingers of other subjects score as high
+    together; of one finger its own score.
+
+    Examples
+    --------
+    >>> from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
+    >>> [round(fuse_fingers(scores), 2) for scores in ([40.0], [40.0, 0.0], [40.0, 40.0])]
+    [40.0, 29.91, 67.12]
+    """
+    total = sum(sorted(scores))
     exponent = total / _DECIBEL
-    term, series = np.ones_like(exponent), np.ones_like(exponent)
-    for k in range(1, each.shape[-1]):
+    term = series = 1.0
+    for k in range(1, len(scores)):
         term = term * exponent / k
         series += term
-    return np.asarray(total - _DECIBEL * np.log(series))
+    return total - _DECIBEL * math.log(series)
 
 
 @lru_cache(maxsize=1024)

@@ -1,4 +1,4 @@
-# Constants of `_vote_kernel`, and what fetches memory ahead, as the C compiler knows them.
+# Constants of `_segment_kernel`, and what fetches memory ahead, as the C compiler knows them.
 cdef extern from *:
     """
     #if defined(__GNUC__)
@@ -55,8 +55,6 @@ cdef enum:
     TURN = 63  # the steps of a rotation are numbered by its bits
     CELLS = 256  # of a print
     WORDS = 64  # of four cells along y
-    PRINTS = 4096  # whose cells lie in the table at once
-    PRINT_BITS = 0xFFF00  # of the number of a print among them, times its cells
     MOST = 63  # votes that are counted in a cell: four make less than 256
     PRODUCT_BITS = 5  # of a product, that do not count
     MOST_VOTES = 65535

@@ -10,7 +10,6 @@ common are found, too.
 
 from __future__ import annotations
 
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -21,7 +20,7 @@ from fpmatch.base.network import Network
 from fpmatch.matching.constants.prints import ORIENTATIONS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -112,20 +111,14 @@ def _counted(
     return np.asarray(inner.transpose(0, 3, 1, 2), np.float64)
 
 
-def embeddings(prints: Iterable[PreparedTemplate]) -> NDArray[np.int8]:
+def embeddings(prints: Sequence[PreparedTemplate]) -> NDArray[np.int8]:
     """Return the embeddings of prints, (N, 128): unit vectors in steps of 1/300.
 
     Raises FpmatchError if the file of the network is missing, damaged or of another version.
     """
-    given = iter(prints)
     parts = [np.zeros((0, LENGTH), np.int8)]
-    while some := list(islice(given, AT_ONCE)):
-        parts.append(_embedded(pictures(some)))
+    for first in range(0, len(prints), AT_ONCE):
+        made = _NETWORK(pictures(prints[first : first + AT_ONCE]))
+        made /= np.maximum(np.linalg.norm(made, axis=1, keepdims=True), 1e-9)
+        parts.append(np.clip(np.rint(STEPS * made), -127, 127).astype(np.int8))
     return np.concatenate(parts)
-
-
-def _embedded(shown: NDArray[np.float32]) -> NDArray[np.int8]:
-    made = _NETWORK(shown)
-    made /= np.maximum(np.linalg.norm(made, axis=1, keepdims=True), 1e-9)
-    rounded: NDArray[np.int8] = np.clip(np.rint(STEPS * made), -127, 127).astype(np.int8)
-    return rounded

@@ -17,36 +17,44 @@ in the same cell or the next one; without it, lists would be several times as lo
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
-from typing import TYPE_CHECKING, Final
+from functools import cache, cached_property
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.gallery.index._term_kernel import describe_edges, measure_curvatures
+from fpmatch.base.parsing import parse_json
 from fpmatch.gallery.index.embedding import embeddings
-from fpmatch.gallery.index.model import CURVATURES, LEAST_SHARE, LENGTHS, SECTORS, index_model
 from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.index.model import IndexModel
     from fpmatch.matching.prints.prepared import PreparedTemplate
 
+MODEL_FILE: Final = Path(__file__).with_name("index_data") / "index.json"
 TURN: Final = 2 * np.pi
-# The numbers of `_term_kernel`.
+LENGTHS: Final = 14  # cells of an edge's length; longer edges are in the last
+SECTORS: Final = 24  # of a direction relative to an edge
+CURVATURES: Final = 7  # cells of the curvature across an edge; the last is that of unknown ones
+TERMS: Final = LENGTHS * SECTORS * SECTORS * CURVATURES
+# A length has an error of LENGTH_ERROR_PX, and GROWTH of itself more; its cells are WIDTH errors.
 LENGTH_ERROR_PX: Final = 2.5
-GROWTH: Final = 0.03  # of the error, by the length
-WIDTH: Final = 2.5  # of a cell of length, in errors
+GROWTH: Final = 0.03
+WIDTH: Final = 2.5
+CURVATURE_BORDERS: Final = np.radians([-90.0, -35.0, -15.0, 0.0, 15.0, 35.0, 90.0])  # of cells
 UNKNOWN: Final = 4.0  # greater than any curvature
+SIDE_PX: Final = 28.0  # from the middle of an edge to either side of it
+LEAST_KNOWN: Final = 0.25  # square of the length of a mean orientation
 ROTATIONS: Final = 64  # steps of an edge's own direction
 PLACES: Final = 32  # steps of a place along x and y, after which they repeat
 PER_PX: Final = 0.125  # steps of a place
 
+LEAST_SHARE: Final = 1e-7  # of all edges that have a term, taken for one never seen
 ANGLE_ERROR: Final = np.radians(7.0)  # of a direction relative to an edge
 CURVATURE_ERROR: Final = np.radians(5.0)
-CURVATURE_BORDERS: Final = np.radians([-90.0, -35.0, -15.0, 0.0, 15.0, 35.0, 90.0])  # of cells
 UNKNOWN_SHARE: Final = 0.12  # of the edges with known curvature that have none in another print
 WRONG_SHARE: Final = 0.05  # of the others that are in any cell
 LOGISTIC: Final = 1.702  # makes the logistic function nearly the normal distribution
@@ -56,52 +64,127 @@ LEAST_GAIN: Final = 3.0  # times as likely in a print of the finger as in anothe
 MOST_WEIGHT: Final = 4
 WEIGHT_SCALE: Final = 0.5  # of the logarithm of the gain
 BUDGET: Final = 0.45  # postings a print of the gallery, for each minutia of the probe
+_ANGLE: Final = TURN / ORIENTATIONS * (np.arange(ORIENTATIONS + 1) - 1.0)
+_FLOW: Final = np.stack([np.cos(_ANGLE), np.sin(_ANGLE)]) * (np.arange(ORIENTATIONS + 1) > 0)
+"""Unit vectors at twice the angle of all codes of orientation; 0 for code 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class IndexModel:
+    """The statistics of edges that ``python -m research train index`` learns on synthetic prints.
+
+    The lengths of edges are nearly independent of what else a term consists of, so that the share
+    of all edges that have a term is the product of two.
+    """
+
+    lengths: NDArray[np.float64]  # (LENGTHS,): share of all edges
+    directions: NDArray[np.float64]
+    """Share of all edges, (SECTORS, SECTORS, CURVATURES), by the directions of both ends."""
+    edges: float  # of a print
+
+    @cached_property
+    def share(self) -> NDArray[np.float64]:
+        """Share of all edges that have each term, shape (TERMS,)."""
+        both = np.multiply.outer(self.lengths, self.directions)
+        shares: NDArray[np.float64] = np.maximum(both.ravel(), LEAST_SHARE)
+        return shares
+
+
+@cache
+def index_model() -> IndexModel:
+    """Return the model of the package."""
+    document = parse_json(MODEL_FILE.read_bytes())
+    lengths, directions = (np.array(document[name]) for name in ("lengths", "directions"))
+    return IndexModel(lengths, directions, document["edges"])
+
+
+class _Edges(NamedTuple):
+    """The edges (E, 2) of the mesh of a print's minutiae, measured from their first ends."""
+
+    length: NDArray[np.float64]  # in cells
+    along: NDArray[np.float64]  # direction, in radians
+    first: NDArray[np.float64]  # direction of the minutia relative to the edge, in sectors
+    second: NDArray[np.float64]
+    middle: NDArray[np.float64]  # (2, E), in steps of a place
+
+
+def _measured(print_: PreparedTemplate, edges: NDArray[np.int32]) -> _Edges:
+    x, y, c, s = print_.points
+    first, second = edges.T
+    dx, dy, theta = x[second] - x[first], y[second] - y[first], np.arctan2(s, c)
+    along = np.arctan2(dy, dx)
+    return _Edges(
+        length=np.log1p(GROWTH / LENGTH_ERROR_PX * np.hypot(dx, dy)) / GROWTH / WIDTH,
+        along=along,
+        first=_share(theta[first] - along) * SECTORS,
+        second=_share(theta[second] - along) * SECTORS,
+        middle=0.5 * PER_PX * np.stack([x[first] + x[second], y[first] + y[second]]),
+    )
 
 
 def edges_of(print_: PreparedTemplate) -> NDArray[np.int32]:
     """Return the edges (E, 2) of the Delaunay mesh of a print's minutiae."""
-    return triangulate_checked(print_.points[:2].T.copy()).edges
+    return triangulate_checked(print_.points[:2].T.copy()).edges.reshape(-1, 2)
 
 
 def print_terms(print_: PreparedTemplate) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-    """Return the terms of a print, and their poses, both of shape (E,): one an edge of the mesh."""
-    edges = np.ascontiguousarray(edges_of(print_), np.int32).reshape(-1, 2)
-    term, pose = np.empty((2, len(edges)), np.uint16)
-    points = np.ascontiguousarray(print_.points)
-    describe_edges(points, edges, curvatures(print_, edges), term, pose)
-    return term, pose
+    """Return the terms of a print, and their poses, both of shape (E,): one an edge of the mesh.
+
+    A term is the cell of the length of an edge, of the directions of both minutiae relative to it,
+    and of the curvature across it. A pose is which way the edge points, and where its middle lies.
+    """
+    edges = edges_of(print_)
+    of, curvature = _measured(print_, edges), curvatures(print_, edges)
+    term = np.minimum(of.length.astype(np.int64), LENGTHS - 1)
+    for direction in (of.first, of.second):
+        term = term * SECTORS + direction.astype(np.int64) % SECTORS
+    term = term * CURVATURES + np.searchsorted(CURVATURE_BORDERS[1:-1], curvature)
+    term += curvature >= UNKNOWN
+    pose = np.rint(_share(of.along) * ROTATIONS).astype(np.int64) % ROTATIONS
+    for place in np.floor(of.middle).astype(np.int64):
+        pose = pose * PLACES + place % PLACES
+    return term.astype(np.uint16), pose.astype(np.uint16)
 
 
 def curvatures(print_: PreparedTemplate, edges: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Return the curvature of the ridges across edges (E, 2), in radians, as the kernel does.
+    """Return the curvature of the ridges across edges (E, 2), in radians.
 
     It is by how much the ridge orientation on the left of an edge, seen from its first end, differs
     from that on the right; `UNKNOWN` where one of them is not known.
     """
     region = print_.region
-    code = region.code if region.has_flow else _NO_CODES
-    measured = np.empty(len(edges))
-    measure_curvatures(
-        np.ascontiguousarray(print_.points),
-        np.ascontiguousarray(edges, np.int32),
-        np.ascontiguousarray(code),
-        _DOUBLED,
-        region.step,
-        region.first_row,
-        region.first_column,
-        measured,
-    )
-    return measured
+    if not region.has_flow:
+        return np.full(len(edges), UNKNOWN)
+    (x, other_x), (y, other_y) = (row[edges].T for row in print_.points[:2])
+    dx, dy = other_x - x, other_y - y
+    length = np.hypot(dx, dy)
+    to_side = np.array([[1.0], [-1.0]]) * SIDE_PX / np.maximum(length, 1e-9)
+    column = (0.5 * (x + other_x) - to_side * dy) / region.step - region.first_column - 0.5
+    row = -(0.5 * (y + other_y) + to_side * dx) / region.step - region.first_row - 0.5
+    (c, other_c), (s, other_s) = _flow_at(region.code, column, row)
+    known = (length > 0) & (c * c + s * s > LEAST_KNOWN)
+    known &= other_c * other_c + other_s * other_s > LEAST_KNOWN
+    across = 0.5 * np.arctan2(s * other_c - c * other_s, c * other_c + s * other_s)
+    return np.where(known, across, UNKNOWN)
 
 
-def _doubled() -> NDArray[np.float64]:
-    """Return the unit vectors at twice the angle of all codes of orientation; 0 for code 0."""
-    angle = TURN / ORIENTATIONS * (np.arange(ORIENTATIONS + 1) - 1.0)
-    return np.stack([np.cos(angle), np.sin(angle)]) * (np.arange(ORIENTATIONS + 1) > 0)
-
-
-_DOUBLED: Final = _doubled()
-_NO_CODES: Final = np.empty((0, 0), np.uint8)
+def _flow_at(
+    code: NDArray[np.uint8], column: NDArray[np.float64], row: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the orientation at places between cells, (2, ...): unit vectors, interpolated."""
+    around = np.pad(code, 1)
+    last_row, last_column = (size - 1 for size in around.shape)
+    left, top = np.floor(column), np.floor(row)
+    right_share, lower_share = column - left, row - top
+    mean = np.zeros((2, *column.shape))
+    for lower, right in product((0, 1), (0, 1)):
+        share = (right_share if right else 1.0 - right_share) * (
+            lower_share if lower else 1.0 - lower_share
+        )
+        at_row = np.clip(top + (lower + 1), 0, last_row).astype(np.intp)
+        at_column = np.clip(left + (right + 1), 0, last_column).astype(np.intp)
+        mean += share * _FLOW[:, around[at_row, at_column]]
+    return mean
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,7 +199,6 @@ class ProbeTerms:
     weight: NDArray[np.uint8]  # (T,)
     reading: NDArray[np.int32]  # (T,)
     shift: NDArray[np.uint16]  # (R, ROTATIONS): place and rotation, by a print's direction
-    minutiae: int  # of the probe
     embedding: NDArray[np.int16]  # (128,)
 
 
@@ -134,25 +216,22 @@ def probe_terms(
     of which none is: as many mates are found by terms without curvature.
     """
     model = model or index_model()
-    edges = edges_of(probe).reshape(-1, 2)
-    first, second = np.concatenate([edges, edges[:, ::-1]]).T
-    x, y, c, s = probe.points
-    dx, dy, theta = x[second] - x[first], y[second] - y[first], np.arctan2(s, c)
-    along = np.arctan2(dy, dx)
-    growth = GROWTH / LENGTH_ERROR_PX
-    length = np.log1p(growth * np.hypot(dx, dy)) / GROWTH / WIDTH
-    own = [_share(theta[end] - along) * SECTORS for end in (first, second)]
+    edges = edges_of(probe)
+    both = np.concatenate([edges, edges[:, ::-1]])
+    of = _measured(probe, both)
     error = ANGLE_ERROR / TURN * SECTORS
-    at_length, p_length = _near(np.minimum(length, LENGTHS - 0.5), 1 / WIDTH)
+    at_length, p_length = _near(np.minimum(of.length, LENGTHS - 0.5), 1 / WIDTH)
     within = (at_length >= 0) & (at_length < LENGTHS)
     p_length, at_length = p_length * within, np.clip(at_length, 0, LENGTHS - 1)
-    (at_first, p_first), (at_second, p_second) = (_near(angle, error) for angle in own)
+    (at_first, p_first), (at_second, p_second) = (
+        _near(end, error) for end in (of.first, of.second)
+    )
     cell = at_length[:, :, None, None] * SECTORS + (at_first % SECTORS)[:, None, :, None]
     cell = cell * SECTORS + (at_second % SECTORS)[:, None, None, :]
     cell = cell[..., None] * CURVATURES + np.arange(CURVATURES)
     likely = p_length[:, :, None, None] * p_first[:, None, :, None] * p_second[:, None, None, :]
-    share = _share_of(model)[cell]
-    across = curvatures(probe, edges)
+    share = model.share[cell]
+    across = curvatures(probe, both)
     known = across < UNKNOWN
     likely = likely[..., None] * _share_by_curvature(across, share)
     likely, share = (_with_unoriented(each, unoriented) for each in (likely, share))
@@ -164,13 +243,11 @@ def probe_terms(
     kept = kept[: np.searchsorted(cost, budget * len(probe), "right")]
     kept = kept[_order(cell.ravel()[kept])]
     weight = np.clip(np.rint(WEIGHT_SCALE * np.log(gain[kept])), 1, MOST_WEIGHT)
-    middle = 0.5 * np.stack([x[first] + x[second], y[first] + y[second]])
     return ProbeTerms(
         term=cell.ravel()[kept].astype(np.int32),
         weight=weight.astype(np.uint8),
         reading=(kept // ((2 * REACH + 1) ** 3 * CURVATURES)).astype(np.int32),
-        shift=_turned(middle, np.rint(_share(along) * ROTATIONS).astype(np.int64)),
-        minutiae=len(probe),
+        shift=_turned(of.middle, np.rint(_share(of.along) * ROTATIONS).astype(np.int64)),
         embedding=embeddings([probe])[0].astype(np.int16),
     )
 
@@ -180,11 +257,6 @@ def _order(keys: NDArray[np.integer]) -> NDArray[np.int64]:
     numbered = np.sort((keys.astype(np.int64) << 32) + np.arange(len(keys)))  # no two are equal
     order: NDArray[np.int64] = numbered & 0xFFFFFFFF
     return order
-
-
-@cache
-def _share_of(model: IndexModel) -> NDArray[np.float64]:
-    return model.share
 
 
 def _share(angle: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -206,15 +278,14 @@ def _near(
 def _share_by_curvature(
     across: NDArray[np.float64], share: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return how likely another print has each curvature, (R, 3, 3, 3, C), by both readings.
+    """Return how likely another print has each curvature, (R, 3, 3, 3, C), by reading.
 
-    `across` are the probe's. Where one is not known, another print has it as often as others, by
-    their `share` of edges.
+    `across` are the probe's (R,). Where one is not known, another print has it as often as others,
+    by their `share` of edges.
     """
-    known = np.tile(across < UNKNOWN, 2)
-    across = np.concatenate([across, -across])[:, None]  # sides change places
+    known = across < UNKNOWN
     turns = np.pi * np.arange(-1, 2)[:, None, None]
-    off = LOGISTIC / CURVATURE_ERROR * (CURVATURE_BORDERS - across + turns)
+    off = LOGISTIC / CURVATURE_ERROR * (CURVATURE_BORDERS - across[:, None] + turns)
     near = np.diff(1.0 / (1.0 + np.exp(-off))).sum(0)
     near = (1.0 - UNKNOWN_SHARE) * ((1.0 - WRONG_SHARE) * near + WRONG_SHARE / near.shape[1])
     likely: NDArray[np.float64] = share / share.sum(-1, keepdims=True)
@@ -240,7 +311,7 @@ def _turned(middle: NDArray[np.float64], rotation: NDArray[np.int64]) -> NDArray
     """
     turn = TURN / ROTATIONS * np.arange(ROTATIONS)
     c, s = np.cos(turn), np.sin(turn)
-    x, y = middle[..., None] * PER_PX
+    x, y = middle[..., None]
     column = np.rint(c * x - s * y).astype(np.int64) & (PLACES - 1)
     row = np.rint(s * x + c * y).astype(np.int64) & (PLACES - 1)
     place = (np.arange(ROTATIONS) // 4 * PLACES + column) * PLACES + row

@@ -56,19 +56,24 @@ def read_manifest(path: str | os.PathLike[str]) -> list[PrintFile]:
     column, lists nothing, or a row is malformed, comes twice or lists a file that is missing.
     """
     source = Path(path)
-    lines: list[int] = []
     prints: list[PrintFile] = []
+    labels: list[Label] = []
+    lines: dict[Path | Label, int] = {}
     for line, values in _rows(source):
-        lines.append(line)
         try:
-            prints.append(_print_file(source, values))
+            file, label = _print_file(source, values)
+            if (first := lines.setdefault(file.path.resolve(), line)) != line:
+                raise DatasetError(f"column path: {file.name} is on line {first}, too")
+            if label.impression and (first := lines.setdefault(label, line)) != line:
+                raise DatasetError(f"column impression: {label} is on line {first}, too")
         except DatasetError as error:
             raise _at(source, line, str(error)) from error
+        prints.append(file)
+        labels.append(label)
     if not prints:
         raise DatasetError("the manifest lists no prints", path=path, code="empty")
-    _check_different(source, lines, prints)
-    labels = number_impressions([file.label for file in prints if file.label is not None])
-    return [replace(file, label=label) for file, label in zip(prints, labels, strict=True)]
+    numbered = zip(prints, number_impressions(labels), strict=True)
+    return [replace(file, label=label) for file, label in numbered]
 
 
 def _rows(source: Path) -> Iterator[tuple[int, dict[str, str]]]:
@@ -88,8 +93,8 @@ def _rows(source: Path) -> Iterator[tuple[int, dict[str, str]]]:
         yield line, {name: given.get(name, "") for name in COLUMNS}
 
 
-def _print_file(source: Path, values: dict[str, str]) -> PrintFile:
-    """Return the print of a row; raise a DatasetError that names the column."""
+def _print_file(source: Path, values: dict[str, str]) -> tuple[PrintFile, Label]:
+    """Return the print of a row and its label; raise a DatasetError that names the column."""
     for name in NEEDED:
         if not values[name]:
             raise DatasetError(f"column {name}: is empty")
@@ -108,7 +113,7 @@ def _print_file(source: Path, values: dict[str, str]) -> PrintFile:
     file = next((file for name in names if _is_file(file := source.parent / name)), None)
     if file is None:
         raise DatasetError(f"column path: {values['path']}: no such file")
-    return PrintFile(file, dpi, label, values["path"])
+    return PrintFile(file, dpi, name=values["path"]), label
 
 
 def _is_file(path: Path) -> bool:
@@ -116,23 +121,3 @@ def _is_file(path: Path) -> bool:
         return path.is_file()
     except (OSError, ValueError):  # a name that no system accepts
         return False
-
-
-def _check_different(source: Path, lines: list[int], prints: list[PrintFile]) -> None:
-    """Raise a DatasetError for a file or an impression that comes twice, or half-named fingers."""
-    paths: dict[Path, int] = {}
-    impressions: dict[Label, int] = {}
-    named: dict[str, tuple[int, bool]] = {}
-    for line, file in zip(lines, prints, strict=True):
-        first = paths.setdefault(file.path.resolve(), line)
-        if first != line:
-            raise _at(source, line, f"column path: {file.name} is on line {first}, too")
-        label = file.label
-        assert label is not None
-        if label.impression and (first := impressions.setdefault(label, line)) != line:
-            raise _at(source, line, f"column impression: {label} is on line {first}, too")
-        first, has_finger = named.setdefault(label.subject, (line, bool(label.finger)))
-        if has_finger != bool(label.finger):
-            one, other = ("is empty", "is named") if has_finger else ("is named", "is empty")
-            why = f"column finger: {one}, but {other} for {label.subject} on line {first}"
-            raise _at(source, line, why)

@@ -7,10 +7,10 @@ from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fpmatch.errors import FpmatchError, ImageError, ImageReadError, QualityError, TemplateError
+from fpmatch.errors import ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.engine.workers import results_of_each
-from fpmatch.gallery.listing.folders import prints_below, prints_by_folder, prints_in
+from fpmatch.gallery.listing.folders import labelled_by_folder, prints_below, prints_in
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.manifest import read_manifest
 from fpmatch.gallery.listing.print_file import PrintFile
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
     Reader = Callable[[Path], GreyImage | TemplateRecord]
-    OpenedPrint = tuple[PrintFile, GreyImage | TemplateRecord | FpmatchError]
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,27 +123,22 @@ def folder_reader(
 
 
 def extract_print(
-    file: PrintFile, reader: Reader | None = None, min_quality: int = 0, *, graded: bool = False
+    file: PrintFile, reader: Reader | None = None, min_quality: int = 0
 ) -> ExtractedPrint:
-    """Return the template of a print: extracted from an image, or read from a template file.
-
-    `reader` reads the file (default: `PrintReader`), and an image is `graded` with its quality.
-    Raises QualityError if the quality of an image, 0 to 100, is below `min_quality`; else the
-    errors of `read_one_print`.
-    """
+    """Return the template of a print, as `read_one_print` does, without the image."""
     given = read_one_print(file, reader, min_quality)
-    quality = given.quality.score if graded and given.quality is not None else None
     notes = tuple(note for note in given.notes if note != ASSUMED_DPI)
-    return ExtractedPrint(given.template, given.dpi_assumed, notes, quality)
+    return ExtractedPrint(given.template, given.dpi_assumed, notes)
 
 
 def read_one_print(
     file: PrintFile, reader: Reader | None = None, min_quality: int = 0
 ) -> GivenPrint:
-    """Read the one print of a file, as `extract_print` does.
+    """Read the one print of a file, an image or a template, by a `reader` (default: `PrintReader`).
 
     Raises TemplateError, ImageReadError or ImageError if it cannot be read, cannot contain a
-    fingerprint, has no minutiae, or contains several prints.
+    fingerprint, has no minutiae, or contains several prints; QualityError if the quality of an
+    image, 0 to 100, is below `min_quality`.
     """
     content = (reader or PrintReader())(file.path)
     if isinstance(content, TemplateRecord) and len(content.views) > 1:
@@ -169,46 +163,22 @@ def with_note_on_two_prints(given: GivenPrint) -> GivenPrint:
     return replace(given, notes=(*given.notes, why)) if why else given
 
 
-def open_print(reader: Reader, file: PrintFile) -> OpenedPrint:
-    """Read a print here, for workers that see none of the files; an error is kept, too."""
-    try:
-        return file, reader(file.path)
-    except FpmatchError as error:
-        return file, error
-
-
-def extract_opened(
-    opened: OpenedPrint, min_quality: int = 0, *, graded: bool = False
-) -> ExtractedPrint:
-    """Return the template of a print that `open_print` has read, as `extract_print` does."""
-    file, content = opened
-    if isinstance(content, FpmatchError):
-        raise content
-    return extract_print(file, lambda _: content, min_quality, graded=graded)
-
-
-def _files(place: Path, pattern: NamePattern | None, *, by_folder: bool) -> Iterable[PrintFile]:
+def _files(place: Path, pattern: NamePattern | None, *, by_folder: bool) -> list[PrintFile]:
     kind = kind_of(place)
     if kind == "manifest":
         return read_manifest(place)
-    if kind != "folder":
-        return _labelled([PrintFile(place)], pattern)
-    if not place.exists():
+    if kind == "folder" and not place.exists():
         raise ImageReadError("no such file or folder", path=place, code="missing")
-    if not place.is_dir():  # a pipe, say
-        return [PrintFile(place)]
-    if not by_folder and (paths := prints_in(place)):
-        return _labelled(map(PrintFile, paths), pattern)
+    files = [PrintFile(place)]
+    if place.is_dir():
+        files = [] if by_folder else list(map(PrintFile, prints_in(place)))
+        if not files:
+            files = prints_below(place)
+            if files and pattern is None:
+                return labelled_by_folder(place, files, certain=by_folder)
+        if not files:
+            why = "the folder contains no images and no templates"
+            raise ImageReadError(why, path=place, code="empty folder")
     if pattern is None:
-        return prints_by_folder(place, certain=by_folder)
-    if files := prints_below(place):
-        return _labelled(files, pattern)
-    raise ImageReadError(
-        "the folder contains no images and no templates", path=place, code="empty folder"
-    )
-
-
-def _labelled(files: Iterable[PrintFile], pattern: NamePattern | None) -> list[PrintFile]:
-    if pattern is None:
-        return list(files)
+        return files
     return [replace(file, label=pattern.label(file.path)) for file in files]

@@ -18,7 +18,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.fingers.finger import fused_scores
 from fpmatch.gallery.fingers.fused_fingers import assign_fingers
-from fpmatch.gallery.index.prints.compare import packs
+from fpmatch.gallery.index.compare import packs
 from fpmatch.gallery.search.identification import (
     ComparedFinger,
     FusedIdentification,
@@ -69,16 +69,6 @@ def identify_fused(
 
     Raises MatcherError if there are no probes or more than 10, not as many positions, or two of the
     same, and as `identify`; GalleryError if the subjects cannot be read.
-
-    Examples
-    --------
-    >>> from fpmatch import load_template, open_gallery
-    >>> from fpmatch.gallery.search.fused import identify_fused
-    >>> from fpmatch.gallery.search.opening import open_search
-    >>> left, right = map(load_template, ("left.json", "right.json"))  # doctest: +SKIP
-    >>> with open_gallery("prints.db") as gallery:  # doctest: +SKIP
-    ...     search = open_search(gallery)
-    ...     result = identify_fused(search, [left, right], positions=["left", "right"])
     """
     named = _checked_positions(probes, positions)
     given = replace(options, **changes)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.fingers.finger import fused_scores
-from fpmatch.gallery.index.prints.compare import packs
+from fpmatch.gallery.index.compare import packs
 from fpmatch.gallery.search.identification import (
     RIVALS,
     Candidate,

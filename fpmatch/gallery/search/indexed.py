@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.gallery.index.prints.compare import similarities
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.compare import PreparedPrints, similarities
 from fpmatch.gallery.index.segment import unoriented_share
 from fpmatch.gallery.index.size_normalization import size_normalized
 from fpmatch.gallery.index.terms import probe_terms
@@ -70,6 +69,7 @@ class IndexedSearch(Search):
         terms = probe_terms(probe, unoriented=self._unoriented)
         votes = np.concatenate([*threads.map(_votes, terms, self._segments)])[self._stored]
         first = most_voted(votes, max(by_terms, by_descriptors))
+        first = first[np.argsort(self._stored[first])]
         places = self._stored[first]
         bounds = np.searchsorted(places, self._start)
         parts = [
@@ -121,7 +121,7 @@ def _votes(terms: ProbeTerms, segment: Segment) -> NDArray[np.uint16]:
 
 def _scores(probe: PreparedTemplate, part: tuple[Segment, NDArray[np.intp]]) -> NDArray[np.int32]:
     segment, which = part
-    return segment.descriptors.scores(probe, which)
+    return segment.scores(probe, which)
 
 
 def _similarities(
@@ -129,4 +129,4 @@ def _similarities(
 ) -> NDArray[np.float64]:
     """Return the similarities of a probe to packed templates."""
     prints = [matcher.prepare(unpack_template(data)) for _, data in rows]
-    return similarities(matcher, probe, PreparedPrints.pack(prints))
+    return similarities(matcher, probe, PreparedPrints(prints))

@@ -9,7 +9,7 @@ import numpy as np
 
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.index.prints.compare import packs
+from fpmatch.gallery.index.compare import packs
 from fpmatch.gallery.search.search import GallerySubjects
 from fpmatch.gallery.search.whole import ENTRY, WholeSearch
 from fpmatch.gallery.store.stored_template import unpack_template

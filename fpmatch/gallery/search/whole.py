@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index.prints.compare import packs, similarities
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.compare import PreparedPrints, packs, similarities
 from fpmatch.gallery.search.search import Search
 from fpmatch.matching.result import check_repeats, compare_prepared, named
 
@@ -46,14 +45,14 @@ class WholeSearch(Search):
         """Take prints of ascending numbers."""
         self.matcher, self.subjects, self.damaged = matcher, subjects, damaged or {}
         self.numbers = np.array(numbers, np.int64)
-        self.prints: Any = PreparedPrints.pack(prints) if packs(matcher) else list(prints)
+        self.prints: Any = PreparedPrints(prints) if packs(matcher) else list(prints)
 
     def after(self, before: WholeSearch, places: NDArray[np.intp]) -> WholeSearch:
         """Put prints of a search before, by their places, before these; return this search."""
         self.numbers = np.concatenate([before.numbers[places], self.numbers])
         if isinstance(self.prints, PreparedPrints):
-            kept = before.prints.take(places)
-            self.prints = PreparedPrints.concatenate([kept, self.prints])
+            kept = [before.prints.prints[k] for k in places.tolist()]
+            self.prints = PreparedPrints([*kept, *self.prints.prints])
         else:
             self.prints = [*(before.prints[k] for k in places.tolist()), *self.prints]
         return self
@@ -71,13 +70,16 @@ class WholeSearch(Search):
     def print_of(self, number: int) -> Any:
         """Return a print as the matcher prepares it; None where it is gone."""
         places = np.flatnonzero(self.numbers == number).tolist()
-        return self.prints[places[0]] if places else None
+        prints = self.prints.prints if packs(self.matcher) else self.prints
+        return prints[places[0]] if places else None
 
     def _compared(self, probe: Any, places: NDArray[np.intp], threads: Threads) -> Similarity:
         """Compare a probe with the prints at some places."""
         numbers = self.numbers[places].tolist()
         if isinstance(self.prints, PreparedPrints):
-            prints = self.prints if len(places) == len(self) else self.prints.take(places)
+            prints = self.prints
+            if len(places) < len(self):
+                prints = PreparedPrints(prints.prints[k] for k in places.tolist())
             some = partial(_similarities, self.matcher, probe)
             parts = threads.map(some, prints, range(0, len(places), COMPARED_AT_ONCE))
             return dict(zip(numbers, np.concatenate([np.empty(0), *parts]).tolist(), strict=True))

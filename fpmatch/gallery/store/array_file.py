@@ -1,13 +1,14 @@
 """Named arrays in one file; all its bytes are checked before an array is used.
 
-A file consists of the name of the format; the length of the header; the header, JSON with names,
-types and shapes; the arrays one after the other, each from a multiple of 64 bytes on; and a CRC-32
-of all before. Numbers are little-endian.
+A file consists of a head of 64 bytes with the name of the format, the length of the header, and a
+CRC-32 of all after the head; the header, JSON with what the file is about, names, types and shapes;
+and the arrays. Header and arrays are filled up to a multiple of 64 bytes. Numbers are
+little-endian.
 """
 
 from __future__ import annotations
 
-import errno
+import io
 import json
 import math
 import struct
@@ -28,12 +29,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-FORMAT: Final = b"fpmatch arrays 2"
-MAX_HEADER: Final = 1 << 20  # bytes
+FORMAT: Final = b"fpmatch arrays 3"
+HEAD: Final = struct.Struct("<16sQI36x")
 READ_AT_ONCE: Final = 4 << 20
-_ALIGNMENT: Final = 64
-_HEAD: Final = struct.Struct("<16sQ")
-_SUM: Final = struct.Struct("<I")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,16 +60,14 @@ def write_arrays(
     given = {k: np.ascontiguousarray(arrays[k], column.dtype) for k, column in columns.items()}
     listed = [[k, column.dtype, given[k].shape] for k, column in columns.items()]
     header = json.dumps({"about": dict(about), "arrays": listed}).encode()
-    parts = [array.tobytes() for array in given.values()]
-    content = encode(header, b"".join(part + bytes(-len(part) % _ALIGNMENT) for part in parts))
+    content = encode(header, *(array.tobytes() for array in given.values()))
     atomic_write_bytes(path, content if seal is None else seal(content))
 
 
-def encode(header: bytes, content: bytes) -> bytes:
+def encode(header: bytes, *arrays: bytes) -> bytes:
     """Return a file with a header and the bytes of arrays."""
-    header += b" " * (-(_HEAD.size + len(header)) % _ALIGNMENT)
-    whole = _HEAD.pack(FORMAT, len(header)) + header + content
-    return whole + _SUM.pack(crc32(whole))
+    rest = b"".join(part + bytes(-len(part) % HEAD.size) for part in (header, *arrays))
+    return HEAD.pack(FORMAT, len(header), crc32(rest)) + rest
 
 
 def read_arrays(
@@ -83,84 +79,67 @@ def read_arrays(
 ) -> dict[str, NDArray[Any]]:
     """Return the arrays that `write_arrays` wrote with the same arguments, read-only.
 
-    They stay in the file, which is mapped, unless `unseal` decrypts it. The code of the
+    They stay in the file, which is mapped, unless `unseal` decrypts it. A file is read, then
+    mapped: where a disk fails, that is an error, and not the end of the process. The code of the
     FpmatchError says if the file is "missing", "unreadable", "damaged", or of another version or
     content ("other").
     """
+    place = Path(path)
     try:
-        header, content = read_content(Path(path), unseal)
+        if place.exists() and not place.is_file():
+            raise FpmatchError("not a file", path=path, code="unreadable")
+        content = None if unseal is None else unseal(place.read_bytes())
+        with place.open("rb") if content is None else io.BytesIO(content) as stream:
+            form, length, expected = HEAD.unpack(stream.read(HEAD.size))
+            checksum = 0
+            while block := stream.read(READ_AT_ONCE):
+                checksum = crc32(block, checksum)
+            stream.seek(HEAD.size)
+            header = stream.read(length)
+        if form != FORMAT and form[:-1] == FORMAT[:-1]:
+            raise FpmatchError("of another version", path=path, code="other")
+        if form != FORMAT or checksum != expected:
+            raise ValueError("another checksum")
         document = parse_json(header)
         if document["about"] != dict(about):
             raise FpmatchError("of another version or content", path=path, code="other")
-        return _checked(document["arrays"], content, columns)
+        whole = np.memmap(place, np.uint8, "r") if content is None else content
+        return _checked(document["arrays"], whole, HEAD.size + _filled(length), columns)
     except (FileNotFoundError, NotADirectoryError) as error:
         raise FpmatchError("no such file", path=path, code="missing") from error
     except OSError as error:
         raise FpmatchError(reason(error), path=path, code="unreadable") from error
-    except (ValueError, TypeError, KeyError, MemoryError) as error:
+    except (
+        ValueError,
+        TypeError,
+        LookupError,
+        ArithmeticError,
+        MemoryError,
+        struct.error,
+    ) as error:
         raise FpmatchError("damaged", path=path, code="damaged") from error
 
 
-def read_content(
-    path: Path, unseal: Callable[[bytes], bytes] | None = None
-) -> tuple[bytes, NDArray[np.uint8]]:
-    """Return the header and the bytes of the arrays of a file, once all is checked.
-
-    A file is read, then mapped: where a disk fails, that is an error, and not the end of the
-    process.
-    """
-    if not path.is_file():
-        raise OSError(errno.EINVAL, "not a file") if path.exists() else FileNotFoundError
-    whole: NDArray[np.uint8]
-    if unseal is None:
-        checksum = _checksum(path)
-        whole = np.memmap(path, np.uint8, "r")
-    else:
-        whole = np.frombuffer(unseal(path.read_bytes()), np.uint8)
-        checksum = crc32(whole[: -_SUM.size].data)
-    if len(whole) < _HEAD.size + _SUM.size:
-        raise ValueError("cut short")
-    form, length = _HEAD.unpack(whole[: _HEAD.size].tobytes())
-    if form != FORMAT and form[:-1] == FORMAT[:-1]:
-        raise FpmatchError("of another version", path=path, code="other")
-    right = _SUM.pack(checksum) == whole[-_SUM.size :].tobytes()
-    if form != FORMAT or length > MAX_HEADER or not right:
-        raise ValueError("another checksum")
-    content = whole[_HEAD.size + length : -_SUM.size]
-    return whole[_HEAD.size : _HEAD.size + length].tobytes(), content
-
-
-def _checksum(path: Path) -> int:
-    """Return the checksum of a file but its last bytes."""
-    checksum, left = 0, path.stat().st_size - _SUM.size
-    with path.open("rb") as stream:
-        while left > 0 and (block := stream.read(min(left, READ_AT_ONCE))):
-            checksum, left = crc32(block, checksum), left - len(block)
-    return checksum
-
-
 def _checked(
-    listed: Any, content: NDArray[np.uint8], columns: Mapping[str, Column]
+    listed: Any, whole: bytes | NDArray[np.uint8], at: int, columns: Mapping[str, Column]
 ) -> dict[str, NDArray[Any]]:
-    """Return the arrays in the content of a file, those of `columns` in this order."""
+    """Return the arrays in a file from a byte on, those of `columns` in this order."""
     arrays: dict[str, NDArray[Any]] = {}
     lengths: dict[str | int, int] = {}
-    at = 0
     for (name, dtype, shape), (expected, column) in zip(listed, columns.items(), strict=True):
-        if (name, dtype, len(shape)) != (expected, column.dtype, len(column.shape)):
+        if (name, dtype) != (expected, column.dtype):
             raise ValueError(name)
         for length, dimension in zip(shape, column.shape, strict=True):
             known = dimension if isinstance(dimension, int) else lengths.get(dimension, length)
             if type(length) is not int or length < 0 or length != known:
                 raise ValueError(name)
             lengths[dimension] = length
-        size = math.prod(shape) * np.dtype(column.dtype).itemsize
-        if size > len(content) - at:
-            raise ValueError(name)
-        array = content[at : at + size].view(column.dtype).reshape(shape)
-        arrays[name] = array.astype(array.dtype.newbyteorder("="), copy=False).view(np.ndarray)
-        arrays[name].flags.writeable = False
-        at += size + -size % _ALIGNMENT
-    if at != len(content):
+        arrays[name] = np.frombuffer(whole, dtype, math.prod(shape), at).reshape(shape)
+        at += _filled(arrays[name].nbytes)
+    if at != len(whole):
         raise ValueError("more than the arrays")
     return arrays
+
+
+def _filled(size: int) -> int:
+    return size + -size % HEAD.size

@@ -8,20 +8,20 @@ last hash elsewhere.
 
 from __future__ import annotations
 
+import getpass
 import hashlib
 import os
 import platform
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 import sqlalchemy as sa
 
 from fpmatch.base.parsing import ParseError, parse_json
-from fpmatch.errors import FpmatchError
-from fpmatch.gallery.store.tables import ENTRY, GALLERY, parts
+from fpmatch.gallery.store.tables import AUDIT, ENTRY, GALLERY, parts
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
@@ -35,20 +35,9 @@ ON: Final = "audit on"
 OFF: Final = "audit off"
 START: Final = "0" * 64  # what the first line contains in place of a hash
 OPERATOR: Final = "FPMATCH_OPERATOR"  # environment variable: who uses the commands
-AUDIT: Final = sa.Table(
-    "fpmatch_audit",
-    sa.MetaData(),  # not of the tables that every gallery has
-    sa.Column("number", sa.Integer, primary_key=True, autoincrement=False),
-    sa.Column("line", sa.Text, nullable=False),
-)
 _STATE_DIGITS: Final = 16  # of the random state of a gallery, in each event
-_LINES_PER_READ: Final = 1000
 _LABEL: Final = ("subject", "finger", "impression")
 _client: ContextVar[str | None] = ContextVar("fpmatch_client", default=None)
-
-
-class AuditError(FpmatchError):
-    """An audit cannot be read or written, or was changed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,35 +54,18 @@ def is_on(connection: sa.Connection) -> bool:
     return last is not None and (_parsed(last[1]) or {}).get("action") != OFF
 
 
-def lock(connection: sa.Connection) -> None:
-    """Let no other transaction write to the gallery until this one ends."""
-    connection.execute(sa.select(GALLERY.c.id).with_for_update())
-
-
-def turn_on(gallery: Database) -> bool:
-    """Let a gallery keep an audit from now on; return whether it did not before."""
-    with gallery.writing() as connection:
-        lock(connection)
-        if is_on(connection):
+def switch(gallery: Database, *, on: bool) -> bool:
+    """Let a gallery keep an audit from now on, or none any more; return whether that is new."""
+    with gallery.changing() as connection:
+        if is_on(connection) == on:
             return False
-        if not sa.inspect(connection).has_table(AUDIT.name):
-            AUDIT.create(connection)
-        _append(connection, ON, {})
-    return True
-
-
-def turn_off(gallery: Database) -> bool:
-    """Let a gallery keep no audit any more, as its last event; return whether it did before."""
-    with gallery.writing() as connection:
-        lock(connection)
-        if not is_on(connection):
-            return False
-        _append(connection, OFF, {})
+        AUDIT.create(connection, checkfirst=True)
+        _append(connection, ON if on else OFF, {})
     return True
 
 
 def record(connection: sa.Connection, action: str, **details: Any) -> None:
-    """Append an event, if the gallery keeps an audit, within a transaction that has its `lock`.
+    """Append an event, if the gallery keeps an audit, within `Database.changing`.
 
     `details` are JSON values, never pictures or templates; see `labels_of`.
     """
@@ -144,119 +116,92 @@ def labels_of(
 def events_of(gallery: Database) -> Iterator[tuple[int, str, dict[str, Any]]]:
     """Yield number, hash and event of each line, checked against the line before it.
 
-    Raises AuditError, which names the line, if one was changed, removed or inserted, or is damaged;
-    GalleryError (code "no audit") if the gallery never kept an audit.
+    Raises GalleryError, which names the line, if one was changed, removed or inserted ("changed"),
+    or is "damaged"; or if the gallery never kept an audit ("no audit").
     """
-    previous, after = START, 0
-    while True:
-        with gallery.reading() as connection:
-            if not after and _last(connection) is None:
-                why = "keeps no audit; `fpmatch gallery audit switch GALLERY on` turns it on"
-                raise gallery.error(why, "no audit")
-            query = sa.select(AUDIT.c.number, AUDIT.c.line).where(AUDIT.c.number > after)
-            rows = connection.execute(query.order_by(AUDIT.c.number).limit(_LINES_PER_READ)).all()
+    with gallery.reading() as connection:
+        if _last(connection) is None:
+            why = "keeps no audit; `fpmatch gallery audit switch GALLERY on` turns it on"
+            raise gallery.error(why, "no audit")
+    previous, before = START, 0
+    for rows, _ in gallery.pages(sa.select(AUDIT), AUDIT.c.number):
         for number, line in rows:
             event = _parsed(line)
             if event is None:
-                raise AuditError(f"line {number} is damaged", path=gallery.name, code="damaged")
-            if number != after + 1 or event.get("previous") != previous:
+                raise gallery.error(f"line {number} is damaged", "damaged")
+            if number != before + 1 or event.get("previous") != previous:
                 why = f"line {number} does not follow the line before it: a line was changed, "
                 why += "removed or inserted"
-                raise AuditError(why, path=gallery.name, code="changed")
-            previous, after = _hash_of(line), number
+                raise gallery.error(why, "changed")
+            previous, before = _hash_of(line), number
             yield number, previous, event
-        if len(rows) < _LINES_PER_READ:
-            return
 
 
 def check_audit(gallery: Database, *, expect: tuple[int, str] | None = None) -> AuditState:
     """Check the audit of a gallery, and its entries against their events.
 
     With `expect`, an earlier number of lines and the hash of the last of them are checked, too.
-    Raises AuditError as `events_of`, and with these codes: "changed" if the line of that number
+    Raises GalleryError as `events_of`, and with these codes: "changed" if the line of that number
     has another hash, "shortened" if there are fewer lines, "unrecorded" if the last change has no
     event, "exchanged" if an entry has not the label and the picture that were enrolled with its
     number, "missing" or "removed" if an entry, or its removal, was undone without an event.
     """
-
-    def wrong(why: str, code: str) -> AuditError:
-        return AuditError(why, path=gallery.name, code=code)
-
     with gallery.reading() as connection:
         state = _state(connection)
     number, last, event = 0, START, dict[str, Any]()
-    enrolled = _Enrolled()
+    stated = _Stated({}, set(), set())
     for number, last, event in events_of(gallery):
         try:
-            enrolled.follow(event)
+            stated.follow(event)
         except (KeyError, TypeError) as error:
-            raise wrong(f"line {number} is damaged", "damaged") from error
-        if expect is not None and number == expect[0] and last != expect[1]:
+            raise gallery.error(f"line {number} is damaged", "damaged") from error
+        if expect is not None and number == expect[0] and last != expect[1].lower():
             why = f"line {number} is not the one expected: the lines up to it were written anew"
-            raise wrong(why, "changed")
+            raise gallery.error(why, "changed")
     if expect is not None and number < expect[0]:
         why = f"has {number} lines, not the {expect[0]} expected: the last ones were removed"
-        raise wrong(why, "shortened")
+        raise gallery.error(why, "shortened")
     with gallery.reading() as connection:
         unchanged = _state(connection) == state
     if unchanged and event.get("action") != OFF and event.get("state") != state:
         why = "was changed after the last event, and not by this fpmatch: no event states it"
-        raise wrong(why, "unrecorded")
-    fault = enrolled.compare(gallery, complete=unchanged)
-    if fault is not None:
-        raise wrong(*fault)
+        raise gallery.error(why, "unrecorded")
+    query = sa.select(ENTRY.c.id, *(ENTRY.c[name] for name in _LABEL), ENTRY.c.content)
+    for rows, _ in gallery.pages(query, ENTRY.c.id):
+        for entry, *label, content in rows:
+            if entry in stated.removed:
+                raise gallery.error(f"entry {entry} was removed, and is there again", "removed")
+            own = _identity(label, bytes(content).hex())
+            if stated.enrolled.pop(entry, own) != own:
+                why = f"entry {entry} is not the print that was enrolled with this number"
+                raise gallery.error(why, "exchanged")
+    for entry in stated.enrolled.keys() - stated.unsure if unchanged else ():
+        raise gallery.error(f"entry {entry} is missing, and no event states its removal", "missing")
     return AuditState(number, last)
 
 
-@dataclass(slots=True)
-class _Enrolled:
-    """The label and picture, hashed, that events state of entries, by number.
+class _Stated(NamedTuple):
+    """What events state of entries: their label and picture, hashed, by number.
 
     Entries with `unsure` numbers may have been removed while no audit was kept.
     """
 
-    entries: dict[int, bytes] = field(default_factory=dict)
-    removed: set[int] = field(default_factory=set)
-    unsure: set[int] = field(default_factory=set)
+    enrolled: dict[int, bytes]
+    removed: set[int]
+    unsure: set[int]
 
     def follow(self, event: Mapping[str, Any]) -> None:
-        match event.get("action"):
+        match event["action"]:
             case "enrol":
                 for one in event["entries"]:
                     label = [one[name] for name in _LABEL]
-                    self.entries[one["number"]] = _identity(label, one["sha256"])
+                    self.enrolled[one["number"]] = _identity(label, one["sha256"])
             case "remove":
-                numbers = {one["number"] for one in event["entries"]}
-                self.removed |= numbers
-                for number in numbers:
-                    self.entries.pop(number, None)
+                for one in event["entries"]:
+                    self.enrolled.pop(one["number"], None)
+                    self.removed.add(one["number"])
             case "audit off":
-                self.unsure |= self.entries.keys()
-
-    def compare(self, gallery: Database, *, complete: bool) -> tuple[str, str] | None:
-        """Return what differs in the gallery, and its code; None if nothing does.
-
-        Entries are missed only if the events are `complete`.
-        """
-        query = sa.select(ENTRY.c.id, *(ENTRY.c[name] for name in _LABEL), ENTRY.c.content)
-        left, after = dict(self.entries), 0
-        while True:
-            with gallery.reading() as connection:
-                further = query.where(ENTRY.c.id > after).order_by(ENTRY.c.id)
-                rows = connection.execute(further.limit(_LINES_PER_READ)).all()
-            for number, *label, content in rows:
-                if number in self.removed:
-                    return f"entry {number} was removed, and is there again", "removed"
-                stated = left.pop(number, None)
-                if stated is not None and stated != _identity(label, bytes(content).hex()):
-                    why = f"entry {number} is not the print that was enrolled with this number"
-                    return why, "exchanged"
-                after = number
-            if len(rows) < _LINES_PER_READ:
-                break
-        for number in left.keys() - self.unsure if complete else ():
-            return f"entry {number} is missing, and no event states its removal", "missing"
-        return None
+                self.unsure.update(self.enrolled)
 
 
 def _identity(label: list[Any], sha256: str) -> bytes:
@@ -286,8 +231,7 @@ def _last(connection: sa.Connection) -> tuple[int, str] | None:
     """Return number and text of the last line; None where there is none."""
     if not sa.inspect(connection).has_table(AUDIT.name):
         return None
-    query = sa.select(AUDIT.c.number, AUDIT.c.line).order_by(AUDIT.c.number.desc()).limit(1)
-    row = connection.execute(query).first()
+    row = connection.execute(sa.select(AUDIT).order_by(AUDIT.c.number.desc()).limit(1)).first()
     return None if row is None else (int(row.number), str(row.line))
 
 
@@ -341,11 +285,9 @@ def _system_user() -> str:
     """Return the user of this process as the system has it, not its environment."""
     try:
         import pwd  # noqa: PLC0415  (not on Windows)
-
+    except ImportError:
+        return getpass.getuser()
+    try:
         return pwd.getpwuid(os.getuid()).pw_name
-    except (ImportError, KeyError):
-        import getpass  # noqa: PLC0415
-
-        with suppress(Exception):
-            return getpass.getuser()
-        return str(os.getuid()) if hasattr(os, "getuid") else "unknown"
+    except KeyError:
+        return str(os.getuid())

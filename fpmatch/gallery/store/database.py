@@ -2,35 +2,33 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import sqlite3
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
 from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from fpmatch.base.folders import create_private, make_private
-from fpmatch.base.output import reason
 from fpmatch.errors import EncryptionError, GalleryError
-from fpmatch.gallery.encryption.records import is_sealed, key_id_of
 from fpmatch.gallery.listing.kinds import SQLITE_HEADER
-from fpmatch.gallery.store.rows import check_row
 from fpmatch.gallery.store.sealing import read_sealing
-from fpmatch.gallery.store.tables import TABLES, DamagedRowError
-from fpmatch.printable import printable
+from fpmatch.gallery.store.tables import TABLES
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator
-    from logging import Logger, LogRecord
+    from collections.abc import Iterator, Sequence
 
     from fpmatch.gallery.encryption.keys import KeyRing
     from fpmatch.gallery.store.sealing import Sealing
 
 BUSY_S: Final = 60.0  # to wait for another program that holds a file, or for a server
 CONNECT_S: Final = 10  # to wait for a connection to a server
+ROWS_PER_READ: Final = 1000
 _REASONS: Final = {
     "SQLITE_FULL": "the disk is full",
     "SQLITE_READONLY": "cannot be written: it, or its folder, is read-only",
@@ -39,9 +37,10 @@ _REASONS: Final = {
     "SQLITE_CORRUPT": "damaged",
     "SQLITE_IOERR": "cannot be read or written (disk I/O error)",
 }
+_LOCK: Final = 0x66706D61746368  # "fpmatch", of those who write, on a PostgreSQL server
 _LATE: Final = {"57014", "55P03"}  # of PostgreSQL: a statement, or a lock, took too long
+_POOL: Final = "fpmatch"
 _SECRETS: Final = ("password", "sslpassword", "passfile")  # in the query of a URL
-_CREATION_LOCK: Final = 0x66706D61746368  # "fpmatch", on a PostgreSQL server
 
 
 class Database:
@@ -63,11 +62,12 @@ class Database:
         patience: float | None = None,
     ) -> None:
         url, self.where, self.key = _as_url(where), str(where), key
-        self._sealing: Sealing | None = None
         self._patience = BUSY_S if patience is None else patience
         self.file: Path | None = None
-        self._narrowed = False
-        self.private = True  # whether only the owner may read the file; known after a change
+        self.private: bool | None = None
+        """Whether only the owner may read the file; None before a change."""
+        self.damaged: dict[int, str] = {}
+        """Why entries are damaged that were skipped, by their numbers."""
         if isinstance(url, Path):
             self.name, self.file = str(url), url
             _check_file(url, create=create)
@@ -76,7 +76,6 @@ class Database:
             self.name = _without_secrets(url)
             self._engine = _postgresql(url, self._patience)
         sa.event.listen(self._engine, "begin", _begin)
-        cast("Logger", self._engine.pool.logger).addFilter(_states_no_interrupt)
 
     def close(self) -> None:
         """Close all connections."""
@@ -89,29 +88,44 @@ class Database:
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
         """Open a transaction that reads; every error is a GalleryError."""
-        with self._translating_errors(), self._engine.connect() as connection:
+        with self.naming_errors(), self._engine.connect() as connection:
             yield connection
 
     @contextmanager
-    def writing(self) -> Iterator[sa.Connection]:
-        """Open a transaction that writes, committed unless the block raises.
+    def changing(self) -> Iterator[sa.Connection]:
+        """Open a transaction, committed unless the block raises, during which no other one writes.
 
-        On SQLite no other transaction writes meanwhile; on PostgreSQL the block must lock a row.
+        On SQLite this is the only one that writes; on PostgreSQL others wait for the row that each
+        locks, or for a lock of the whole database while there is no gallery in it.
         """
-        if self.file is not None and not self._narrowed:
-            self._narrowed = True
+        if self.file is not None and self.private is None:
             self.private = make_private(self.file)
         writer = self._engine.execution_options(writes=True)
-        with self._translating_errors(), writer.connect() as connection, connection.begin():
+        with self.naming_errors(), writer.connect() as connection, connection.begin():
+            if self.file is None:
+                connection.execute(sa.select(sa.func.pg_advisory_xact_lock(_LOCK)))
             yield connection
 
-    @contextmanager
-    def creating(self) -> Iterator[sa.Connection]:
-        """Open a transaction as `writing` does, in which no other gallery is created."""
-        with self.writing() as connection:
-            if self.file is None:
-                connection.execute(sa.select(sa.func.pg_advisory_xact_lock(_CREATION_LOCK)))
-            yield connection
+    def pages(
+        self, query: sa.Select[Any], number: sa.Column[int]
+    ) -> Iterator[tuple[Sequence[Any], Sealing | None]]:
+        """Yield rows by ascending `number`, their first column, and how templates are sealed.
+
+        Each thousand are read in one transaction, so that no other is blocked for long.
+        """
+        further = query = query.order_by(number).limit(ROWS_PER_READ)
+        numbers: list[int] = []
+        while True:
+            with self.reading() as connection:
+                rows = connection.execute(further).all()
+                sealing = self.sealing(connection)
+            numbers = [*numbers[-1:], *(row[0] for row in rows)]
+            if any(one >= other for one, other in pairwise(numbers)):
+                raise self.error("damaged: its rows are not in order", "damaged")
+            yield rows, sealing
+            if len(rows) < ROWS_PER_READ:
+                return
+            further = query.where(number > numbers[-1])
 
     def vacuum(self) -> None:
         """Rewrite the database, or the tables of galleries on PostgreSQL, without free space.
@@ -119,7 +133,7 @@ class Database:
         No other program may use it meanwhile. A killed or failed run leaves it as it was.
         """
         plain = self._engine.execution_options(isolation_level="AUTOCOMMIT", autocommit=True)
-        with self._translating_errors(), plain.connect() as connection:
+        with self.naming_errors(), plain.connect() as connection:
             if self.file is None:
                 connection.exec_driver_sql(f"SET lock_timeout = {round(self._patience * 1000)}")
                 connection.exec_driver_sql("SET statement_timeout = 0")
@@ -138,70 +152,28 @@ class Database:
             sizes = [sa.func.pg_total_relation_size(table.name) for table in TABLES]
             return sum(map(int, connection.execute(sa.select(*sizes)).one()))
 
-    def structure_fault(self) -> str:
-        """Return what is wrong with the tables and indices of a SQLite file; "" if nothing is."""
-        if self.file is None:
-            return ""
-        with self.reading() as connection:
-            answer = str(connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar())
-        return "" if answer == "ok" else printable(answer.splitlines()[-1].strip())
-
     def sealing(self, connection: sa.Connection | None = None) -> Sealing | None:
         """Return how this gallery is encrypted now; None if it is not."""
         if connection is None:
             with self.reading() as own:
                 return self.sealing(own)
-        with self.naming_keys():
-            self._sealing = read_sealing(connection, self.key)
-        return self._sealing
+        return read_sealing(connection, self.key)
 
     def check_keys(self) -> None:
         """Raise GalleryError (code "missing key") unless the key in use was given."""
-        sealing = self.sealing()
-        with self.naming_keys():
+        with self.naming_errors():
+            sealing = self.sealing()
             assert sealing is None or sealing.key
 
-    @property
-    def encrypted(self) -> bool:
-        """Whether this gallery was encrypted when that was read last."""
-        return self._sealing is not None
-
     @contextmanager
-    def naming_keys(self) -> Iterator[None]:
-        """Turn an error about a missing key into one that names this gallery."""
+    def naming_errors(self) -> Iterator[None]:
+        """Turn errors of the database, and about keys, into errors that name this gallery."""
         try:
             yield
         except EncryptionError as error:
             if error.code not in {"missing key", "damaged"}:
                 raise
             raise self.error(str(error), error.code) from error
-
-    def opened(self, row: Any) -> Any:
-        """Return a row of all columns with the template as it was packed.
-
-        Raises DamagedRowError if it is not what was stored; GalleryError if its key is missing.
-        """
-        check_row(row)
-        sealed = isinstance(row.template, bytes) and is_sealed(row.template)
-        if not sealed and self._sealing is None:
-            return row
-        with self.naming_keys():
-            key_id = key_id_of(row.template) if sealed else None
-            known = self._sealing
-            if key_id != (None if known is None else known.key_id):
-                known = self.sealing()  # it may have been changed meanwhile
-            if known is not None:
-                return known.unseal_row(row)
-        if sealed:
-            raise DamagedRowError(row.id, "it is encrypted, in a gallery that is not")
-        return row
-
-    @contextmanager
-    def _translating_errors(self) -> Iterator[None]:
-        try:
-            yield
-        except DamagedRowError as error:
-            raise self.error(f"damaged: {error}", "damaged") from error
         except DBAPIError as error:
             if _is_late(error):
                 what = "no answer" if self.file is None else "another program has held it"
@@ -243,32 +215,28 @@ def _check_file(path: Path, *, create: bool) -> None:
     """Refuse a path that is no SQLite file, or is missing and may not be made."""
     why = code = ""
     try:
-        if path.is_dir():
-            why, code = "is a folder, not a gallery", "no gallery"
-        elif path.exists() and not path.is_file():
-            why, code = "is not a regular file, not a gallery", "no gallery"
-        elif path.exists():
+        if path.is_file():
             with path.open("rb") as stream:
                 head = stream.read(len(SQLITE_HEADER))
             if head != SQLITE_HEADER and not (create and not head):
                 why = "not a gallery" if head else "not a gallery: the file is empty"
                 code = "no gallery"
+        elif path.exists():
+            what = "a folder" if path.is_dir() else "not a regular file"
+            why, code = f"is {what}, not a gallery", "no gallery"
         elif not create:
             why, code = "no such gallery; `fpmatch enrol` makes one", "missing"
         elif not path.parent.is_dir():
             why, code = "cannot be made: no such folder", "missing folder"
+        else:
+            create_private(path)  # SQLite gives its journal the same rights
     except (OSError, ValueError) as error:
-        raise GalleryError(str(getattr(error, "strerror", None) or error), path=path) from error
+        why = getattr(error, "strerror", None) or str(error)
     if why:
         raise GalleryError(why, path=path, code=code)
 
 
 def _sqlite(path: Path, *, create: bool, patience: float) -> sa.Engine:
-    if create and not path.exists():
-        try:
-            create_private(path)  # SQLite gives its journal the same rights
-        except OSError as error:
-            raise GalleryError(f"cannot be made: {reason(error)}", path=path) from error
     uri = f"{path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
 
     def connect() -> sqlite3.Connection:
@@ -278,7 +246,11 @@ def _sqlite(path: Path, *, create: bool, patience: float) -> sa.Engine:
         connection.execute("PRAGMA secure_delete = ON")  # overwrites what is deleted
         return connection
 
-    return sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.NullPool)
+    how: dict[str, Any] = {"poolclass": sa.NullPool, "pool_logging_name": _POOL}
+    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, **how)
+    # that Ctrl-C came while a connection was closed is raised, too
+    logging.getLogger(f"sqlalchemy.pool.impl.NullPool.{_POOL}").setLevel(logging.CRITICAL)
+    return engine
 
 
 def _postgresql(url: sa.URL, patience: float) -> sa.Engine:
@@ -308,11 +280,6 @@ def _text(data: bytes) -> str | bytes:
         return data.decode()
     except UnicodeDecodeError:
         return data
-
-
-def _states_no_interrupt(record: LogRecord) -> bool:
-    """Return whether a record of the pool states no Ctrl-C, which is raised, too."""
-    return not (record.exc_info and isinstance(record.exc_info[1], KeyboardInterrupt))
 
 
 def _begin(connection: sa.Connection) -> None:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import hashlib
 import secrets
 from collections import deque
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.listing.entry import Failure
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.database import Database
 from fpmatch.gallery.store.rows import (
@@ -33,27 +32,24 @@ from fpmatch.gallery.store.tables import (
     GALLERY,
     WHOLE,
     Conflict,
-    Conflicts,
     DamagedRowError,
-    conflicts_in_order,
+    find_conflicts,
     parts,
 )
 from fpmatch.printable import as_text, printable
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable, Collection, Iterator, Sequence
     from typing import Self
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.encryption.keys import KeyRing
-    from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, NewEntry, PackedEntry
+    from fpmatch.gallery.listing.entry import Entry, NewEntry, PackedEntry
+    from fpmatch.gallery.store.sealing import Sealing
     from fpmatch.templates.minutiae import Template
 
 Converted = TypeVar("Converted")
 
-ROWS_PER_READ: Final = 1000
 _COUNT: Final = sa.select(sa.func.count())
 
 
@@ -64,23 +60,10 @@ class Gallery(Database):
     program leaves nothing half-written, and two may enrol at the same time. Methods raise
     GalleryError where the database cannot be read or written. Those that yield skip entries that
     are damaged; `damaged` has the reason of each, by its number.
-
-    `erase` is called after a removal, with the gallery and the numbers of what was removed; the
-    other parameters are as for `Database`.
     """
 
-    def __init__(
-        self,
-        where: str | os.PathLike[str],
-        *,
-        create: bool = False,
-        key: KeyRing | str | None = None,
-        patience: float | None = None,
-        erase: Callable[[Gallery, set[int]], None] = lambda _gallery, _numbers: None,
-    ) -> None:
-        super().__init__(where, create=create, key=key, patience=patience)
-        self._erase = erase
-        self.damaged: dict[int, str] = {}
+    erase: Callable[[set[int]], None] = staticmethod(lambda _numbers: None)
+    """Called with the numbers of what was removed; `fpmatch.open_gallery` sets it."""
 
     def __enter__(self) -> Self:
         return self
@@ -93,25 +76,21 @@ class Gallery(Database):
 
     def __len__(self) -> int:
         """Return the number of impressions."""
-        return self._count(_COUNT.select_from(ENTRY))
+        return self.count(_COUNT.select_from(ENTRY))
 
     def has_over(self, count: int) -> bool:
         """Return whether there are more than some impressions, in a time that grows with these."""
         some = sa.select(sa.literal(1)).select_from(ENTRY).limit(count + 1).subquery()
-        return self._count(_COUNT.select_from(some)) > count
+        return self.count(_COUNT.select_from(some)) > count
 
     def subjects(self) -> int:
         """Return the number of subjects."""
-        return self._count(sa.select(sa.func.count(ENTRY.c.subject.distinct())))
+        return self.count(sa.select(sa.func.count(ENTRY.c.subject.distinct())))
 
     def count_fingers(self) -> int:
         """Return the number of fingers."""
         fingers = sa.select(ENTRY.c.subject, ENTRY.c.finger).distinct().subquery()
-        return self._count(_COUNT.select_from(fingers))
-
-    def last_number(self) -> int:
-        """Return the greatest number of an entry; 0 if there is none."""
-        return self._count(sa.select(sa.func.max(ENTRY.c.id)))
+        return self.count(_COUNT.select_from(fingers))
 
     def content_hash(self) -> str:
         """Return a hash that differs whenever fpmatch has changed the entries."""
@@ -170,38 +149,32 @@ class Gallery(Database):
 
     def entry(self, number: int) -> Entry:
         """Return the entry of a number; GalleryError (code "unknown") if there is none."""
-        return self._one(number, as_entry)
+        return self._one(number, self.entries_of([number]))
 
     def template(self, number: int) -> Template:
         """Return the template of an entry; GalleryError if there is none or it is damaged."""
-        return self._one(number, as_template)[1]
-
-    def find_entry(self, number: int) -> Entry | None:
-        """Return the entry of a number; None for one that is damaged, which is skipped."""
-        return self._unless_damaged(self.entry, number)
+        return self._one(number, self.templates(of=[number]))[1]
 
     def find_template(self, number: int) -> Template | None:
-        """Return the template of an entry; None for one that is damaged, which is skipped."""
-        return self._unless_damaged(self.template, number)
+        """Return the template of an entry; None where it is damaged or gone."""
+        return dict(self.templates(of=[number])).get(number)
 
-    def packed_templates(
-        self, *, after: int | None = None, of: Collection[int] | None = None
-    ) -> Iterator[tuple[int, bytes]]:
-        """Yield number and packed template of all entries, or of those of numbers over `after`.
+    def packed_templates(self, *, of: Collection[int] | None = None) -> Iterator[tuple[int, bytes]]:
+        """Yield number and packed template of all entries.
 
         With `of`, only entries with these numbers are read; numbers without an entry are skipped.
         """
-        return self._whole_rows(as_packed, after=after, of=of)
+        return self._whole_rows(as_packed, of=of)
 
-    def templates(
-        self, *, after: int | None = None, of: Collection[int] | None = None
-    ) -> Iterator[tuple[int, Template]]:
+    def templates(self, *, of: Collection[int] | None = None) -> Iterator[tuple[int, Template]]:
         """Yield number and template of entries, which are chosen as by `packed_templates`."""
-        return self._whole_rows(as_template, after=after, of=of)
+        return self._whole_rows(as_template, of=of)
 
-    def packed_entries(self) -> Iterator[tuple[int, PackedEntry]]:
-        """Yield number and content of all entries; each template was read once to check it."""
-        return self._whole_rows(as_packed_entry)
+    def packed_entries(
+        self, *, of: Collection[int] | None = None
+    ) -> Iterator[tuple[int, PackedEntry]]:
+        """Yield number and content of entries; each template was read once to check it."""
+        return self._whole_rows(as_packed_entry, of=of)
 
     def failures(self) -> list[Failure]:
         """Return what could not be enrolled, by source."""
@@ -212,14 +185,13 @@ class Gallery(Database):
     def check_rows(self) -> None:
         """Raise GalleryError (code "damaged") unless each entry is as it was enrolled."""
         deque(self._rows(WHOLE, check_row), maxlen=0)
-        for number, why in self.damaged.items():
-            raise self.error(f"damaged: entry {number}: {why}", "damaged")
+        for number in self.damaged:
+            raise self._damage(number)
 
     def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[Conflict | None]:
         """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot."""
         with self.reading() as connection:
-            conflicts = Conflicts(connection, requests)
-        return [conflicts.find(request) for request in requests]
+            return find_conflicts(connection, requests)
 
     def add(
         self, new: Sequence[NewEntry], failures: Sequence[Failure] = ()
@@ -230,28 +202,31 @@ class Gallery(Database):
         impression that is refused becomes a failure; one that is enrolled, now or before, is a
         failure no longer. A new failure replaces those of the same source.
         """
-        return self.add_packed([pack_entry(entry) for entry in new], failures)
+        packed = [*map(pack_entry, new)]
+        failed = [one for one in packed if isinstance(one, Failure)]
+        stored = [one for one in packed if not isinstance(one, Failure)]
+        conflicts = iter(self.add_packed(stored, [*failures, *failed]))
+        return [
+            Conflict(one.reason) if isinstance(one, Failure) else next(conflicts) for one in packed
+        ]
 
     def add_packed(
-        self, new: Sequence[PackedEntry | Failure], failures: Sequence[Failure] = ()
+        self, new: Sequence[PackedEntry], failures: Sequence[Failure] = ()
     ) -> list[Conflict | None]:
-        """Enrol impressions whose templates are packed and checked, as `add` does.
-
-        Those that cannot be stored are given as failures in their place.
-        """
+        """Enrol impressions whose templates are packed and checked, as `add` does."""
+        requests = [EnrolmentRequest(entry.label, entry.content, entry.dpi) for entry in new]
+        sources = [entry.source for entry in new]
+        reasons = {failure.source: failure.reason for failure in failures}
         with self.changing() as connection:
-            conflicts, enrolled = conflicts_in_order(connection, new)
-            sealing, rows = self.sealing(connection), [*map(to_row, enrolled)]
-            if sealing is not None:
-                with self.naming_keys():
-                    rows = [*map(sealing.seal_row, rows)]
-            rows = [row | {"digest": row_digest(row)} for row in rows]
-            reasons = {failure.source: failure.reason for failure in failures}
+            conflicts = find_conflicts(connection, requests, sources)
+            sealing, rows = self.sealing(connection), []
             for entry, conflict in zip(new, conflicts, strict=True):
-                if conflict is not None and conflict != ENROLLED:
+                if conflict is None:
+                    row = to_row(entry) if sealing is None else sealing.seal_row(to_row(entry))
+                    rows.append(row | {"digest": row_digest(row)})
+                elif conflict != ENROLLED:
                     reasons[entry.source] = str(conflict)
-            sources = [*(entry.source for entry in new), *reasons]
-            for part in parts(sources):
+            for part in parts([*sources, *reasons]):
                 connection.execute(FAILURE.delete().where(FAILURE.c.source.in_(part)))
             if reasons:
                 failed = [{"source": s, "reason": r} for s, r in reasons.items()]
@@ -286,12 +261,12 @@ class Gallery(Database):
             labels = audit.labels_of(connection, numbers=removed)
             for number in removed:
                 if not connection.execute(ENTRY.delete().where(ENTRY.c.id == number)).rowcount:
-                    raise self.error(f"no entry has the number {number}", "unknown")
+                    raise self._unknown(number)
             self._mark_changed(connection)
             audit.record(connection, "remove", entries=labels)
         for number in removed & self.damaged.keys():
             del self.damaged[number]
-        self._erase(self, removed)
+        self.erase(removed)
         return len(removed)
 
     def keeps_audit(self) -> bool:
@@ -318,80 +293,54 @@ class Gallery(Database):
             why = f"its audit cannot store the event: {error.detail}"
             raise self.error(why, error.code) from error
 
-    @contextmanager
-    def changing(self) -> Iterator[sa.Connection]:
-        """Open a transaction during which no other one writes."""
-        with self.writing() as connection:
-            audit.lock(connection)
-            yield connection
-
-    def _mark_changed(self, connection: sa.Connection) -> None:
-        connection.execute(GALLERY.update().values(state=secrets.token_hex(16)))
-
-    def _count(self, query: sa.Select[Any]) -> int:
+    def count(self, query: sa.Select[Any]) -> int:
         """Return the number that a query selects; 0 for none."""
         with self.reading() as connection:
             return int(connection.scalar(query) or 0)
 
+    def _mark_changed(self, connection: sa.Connection) -> None:
+        connection.execute(GALLERY.update().values(state=secrets.token_hex(16)))
+
     def _whole_rows(
-        self,
-        convert: Callable[[Any], Converted],
-        *,
-        after: int | None = None,
-        of: Collection[int] | None = None,
+        self, convert: Callable[[Any], Converted], *, of: Collection[int] | None
     ) -> Iterator[Converted]:
-        """Yield what is made of rows of all columns, opened; damaged ones are skipped."""
+        """Yield what is made of rows of all columns, unsealed; damaged ones are skipped."""
         chosen = [WHOLE] if of is None else [WHOLE.where(ENTRY.c.id.in_(p)) for p in parts(of)]
         for query in chosen:
-            yield from self._rows(query, lambda row: convert(self.opened(row)), after=after)
-
-    def _one(self, number: int, convert: Callable[[Any], Converted]) -> Converted:
-        """Return what is made of the row of a number, opened."""
-        with self.reading() as connection:
-            row = connection.execute(WHOLE.where(ENTRY.c.id == number)).first()
-            if row is None:
-                raise self.error(f"no entry has the number {number}", "unknown")
-            try:
-                return convert(self.opened(row))
-            except DamagedRowError as error:
-                self.damaged[number] = error.why
-                raise
-
-    def _unless_damaged(self, read: Callable[[int], Converted], number: int) -> Converted | None:
-        try:
-            return read(number)
-        except GalleryError as error:
-            if error.code != "damaged" or number not in self.damaged:
-                raise
-            return None
+            yield from self._rows(query, convert, whole=True)
 
     def _rows(
-        self,
-        query: sa.Select[Any],
-        convert: Callable[[Any], Converted],
-        *,
-        after: int | None = None,
+        self, query: sa.Select[Any], convert: Callable[[Any], Converted], *, whole: bool = False
     ) -> Iterator[Converted]:
-        """Yield rows by number, but damaged ones, in transactions that block no one for long."""
-        query = query.order_by(ENTRY.c.id).limit(ROWS_PER_READ)
-        while True:
-            further = query if after is None else query.where(ENTRY.c.id > after)
-            with self.reading() as connection:
-                rows = connection.execute(further).all()
+        """Yield what is made of rows by number; damaged ones are skipped."""
+        for rows, sealing in self.pages(query, ENTRY.c.id):
             for row in rows:
-                if isinstance(row.id, int):
-                    if after is not None and row.id <= after:
-                        raise self.error("damaged: its entries are not in order", "damaged")
-                    after = row.id
                 try:
-                    converted = convert(row)
+                    converted = convert(self._opened(row, sealing) if whole else row)
                 except DamagedRowError as error:
                     self.damaged[row.id] = error.why
                     continue
                 yield converted
-            if len(rows) < ROWS_PER_READ:
-                return
-            after = rows[-1].id
+
+    def _opened(self, row: Any, sealing: Sealing | None) -> Any:
+        """Return a row of all columns with the template as it was packed."""
+        check_row(row)
+        if sealing is None:
+            return row
+        with self.naming_errors():
+            return sealing.unseal_row(row)
+
+    def _one(self, number: int, chosen: Iterator[Converted]) -> Converted:
+        """Return the only one that was chosen by a number, or raise GalleryError."""
+        for one in chosen:
+            return one
+        raise self._damage(number) if number in self.damaged else self._unknown(number)
+
+    def _damage(self, number: int) -> GalleryError:
+        return self.error(f"damaged: entry {number}: {self.damaged[number]}", "damaged")
+
+    def _unknown(self, number: int) -> GalleryError:
+        return self.error(f"no entry has the number {number}", "unknown")
 
 
 def _is_of(subject: str) -> sa.ColumnElement[bool]:

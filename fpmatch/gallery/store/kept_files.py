@@ -10,13 +10,12 @@ import hashlib
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import reason
-from fpmatch.errors import GalleryError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from fpmatch.gallery.store.gallery import Gallery
+    from fpmatch.gallery.store.database import Database
 
 SEGMENT: Final = ".segment"
 INDEX: Final = ".index"
@@ -35,7 +34,7 @@ FAULTS: Final = {
 """What is wrong with files, by the code of the error."""
 
 
-def kept_folders(gallery: Gallery) -> list[Path]:
+def kept_folders(gallery: Database) -> list[Path]:
     """Return the folders for kept files, the preferred one first."""
     from platformdirs import user_cache_path  # noqa: PLC0415
 
@@ -46,18 +45,17 @@ def kept_folders(gallery: Gallery) -> list[Path]:
     return [*beside, cache / hashlib.sha256(name.encode("utf-8", "replace")).hexdigest()[:32]]
 
 
-def kept_files(gallery: Gallery, patterns: Iterable[str] = PATTERNS) -> Iterator[Path]:
+def kept_files(gallery: Database, patterns: Iterable[str] = PATTERNS) -> Iterator[Path]:
     """Yield the files of all versions, unfinished ones too, or those of some patterns."""
     for folder in kept_folders(gallery):
         for pattern in patterns:
             yield from folder.glob(pattern)
 
 
-def delete_files(gallery: Gallery, patterns: Iterable[str] = PATTERNS) -> None:
+def delete_files(gallery: Database, patterns: Iterable[str] = PATTERNS) -> None:
     """Delete files of some patterns; raise GalleryError if one cannot be deleted."""
     for path in kept_files(gallery, patterns):
         try:
             path.unlink(missing_ok=True)
         except OSError as error:
-            why = f"cannot be deleted: {reason(error)}"
-            raise GalleryError(f"{path.name}: {why}", path=gallery.name) from error
+            raise gallery.error(f"{path.name}: cannot be deleted: {reason(error)}") from error

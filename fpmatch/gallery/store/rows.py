@@ -31,7 +31,6 @@ _KINDS: Final = {
     **{"content": bytes, "dpi": float},
 }
 _OWN: Final = ("source", "content", "dpi", "minutiae", "template")
-_DPI_ROUNDING: Final = 0.001  # of a packed template
 _DIGEST_BYTES: Final = 6
 _END: Final = 16  # bytes of a template
 _BOUND: Final = itemgetter(*(column.name for column in (*ABOUT[1:], ENTRY.c.template)))
@@ -61,7 +60,7 @@ def pack_entry(entry: NewEntry) -> PackedEntry | Failure:
 
 
 def to_row(entry: PackedEntry) -> dict[str, Any]:
-    """Return the columns of a new entry."""
+    """Return the columns of a new entry but its digest."""
     return asdict(entry.label) | {name: getattr(entry, name) for name in _OWN}
 
 
@@ -83,7 +82,8 @@ def row_digest(row: Mapping[str, Any]) -> int:
 
 def check_row(row: Any) -> None:
     """Raise DamagedRowError if a row of all columns has another digest than its own."""
-    if row.digest != row_digest(row._mapping):
+    digest = row_digest(row._mapping)
+    if digest < 0 or row.digest != digest:
         raise DamagedRowError(row.id, "its label, picture or template is not what was enrolled")
 
 
@@ -92,49 +92,38 @@ def as_entry(row: Any) -> Entry:
     for name, kind in _KINDS.items():
         if not isinstance(getattr(row, name), kind):
             raise DamagedRowError(row.id, f"its {name} is of another type")
-    _check_numbers(row)
+    if not (MIN_DPI <= row.dpi <= MAX_DPI and 0 <= row.minutiae <= MOST_MINUTIAE):
+        raise DamagedRowError(row.id, "its dpi or its number of minutiae is impossible")
     label = Label(row.subject, row.finger, row.impression)
     return Entry(row.id, label, row.source, row.content, row.dpi, row.minutiae)
 
 
-def as_packed_entry(row: Any) -> tuple[int, PackedEntry]:
-    """Return a row of `WHOLE` as number and entry for another gallery, or raise DamagedRowError."""
-    entry = as_entry(row)
-    as_template(row)
-    label, source, content = entry.label, entry.source, entry.content
-    about = (label, source, content, entry.dpi, entry.minutiae)
-    return row.id, PackedEntry(*about, row.template)
-
-
 def as_packed(row: Any) -> tuple[int, bytes]:
-    """Return number and packed template of a row of `WHOLE`, or raise DamagedRowError.
+    """Return number and packed template of a row whose digest is right.
 
-    The checksum is right then, and the template has the minutiae and the dpi of the row.
+    Raises DamagedRowError if the checksum of the template is wrong.
     """
-    if not isinstance(row.template, bytes):
-        raise DamagedRowError(row.id, "it has no template")
     try:
-        minutiae, dpi = check_packed(row.template)
+        check_packed(row.template)
     except TemplateError as error:
         raise DamagedRowError(row.id, str(error)) from error
-    _check_numbers(row)
-    if minutiae != row.minutiae or abs(dpi - row.dpi) > _DPI_ROUNDING:
-        raise DamagedRowError(row.id, "its minutiae or dpi are not those of its template")
     return row.id, row.template
 
 
 def as_template(row: Any) -> tuple[int, Template]:
-    """Return number and template of a row of `WHOLE`, or raise DamagedRowError."""
-    number, data = as_packed(row)
+    """Return number and template of a row whose digest is right, or raise DamagedRowError."""
     try:
-        return number, unpack_template(data)
+        return row.id, unpack_template(row.template)
     except TemplateError as error:
-        raise DamagedRowError(number, str(error)) from error
+        raise DamagedRowError(row.id, str(error)) from error
 
 
-def _check_numbers(row: Any) -> None:
-    """Raise DamagedRowError unless the numbers of a row are possible."""
-    if not (isinstance(row.dpi, float) and MIN_DPI <= row.dpi <= MAX_DPI):
-        raise DamagedRowError(row.id, f"its dpi is no number from {MIN_DPI:g} to {MAX_DPI:g}")
-    if not (isinstance(row.minutiae, int) and 0 <= row.minutiae <= MOST_MINUTIAE):
-        raise DamagedRowError(row.id, "its number of minutiae is impossible")
+def as_packed_entry(row: Any) -> tuple[int, PackedEntry]:
+    """Return number and content of a row whose digest is right, for another gallery.
+
+    Raises DamagedRowError if the entry cannot be enrolled.
+    """
+    entry = as_entry(row)
+    as_template(row)
+    about = (entry.label, entry.source, entry.content, entry.dpi, entry.minutiae)
+    return row.id, PackedEntry(*about, row.template)

@@ -1,6 +1,6 @@
 """Encryption of a gallery: the key in use, and how its entries and its index are sealed.
 
-A gallery of version 4 has a table with its random id and the id of its key. A template is a sealed
+An encrypted gallery has a table with its random id and the id of its key. A template is a sealed
 record that is bound to the gallery and to all columns of its row but the number.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 import secrets
 import struct
 from dataclasses import dataclass
+from functools import cached_property
 from string import hexdigits
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
@@ -16,52 +17,43 @@ from typing import TYPE_CHECKING, Any, Final
 import sqlalchemy as sa
 
 from fpmatch.errors import EncryptionError, FpmatchError
-from fpmatch.gallery.encryption.keys import ID_DIGITS, KeyRing, keys_for
-from fpmatch.gallery.encryption.records import is_sealed, key_id_of, seal, unseal
-from fpmatch.gallery.store.tables import GALLERY, VERSION, DamagedRowError
+from fpmatch.gallery.encryption.keys import ID_DIGITS, load_keys
+from fpmatch.gallery.encryption.records import key_id_of, seal, unseal
+from fpmatch.gallery.store.tables import (
+    ENCRYPTED_VERSION,
+    ENCRYPTION,
+    GALLERY,
+    DamagedRowError,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fpmatch.gallery.encryption.keys import Key
-
-ENCRYPTED_VERSION: Final = VERSION + 1
-"""Version of an encrypted gallery; others have `fpmatch.gallery.store.tables.VERSION`."""
+    from fpmatch.gallery.encryption.keys import Key, KeyRing
 
 _ID_BYTES: Final = 16
 _ENTRY: Final = b"gallery entry"
 _INDEX: Final = b"index"
+_VERSION: Final = sa.select(GALLERY.c.version)
 _BOUND: Final = ("subject", "finger", "impression", "source", "content", "dpi", "minutiae")
 
-_metadata = sa.MetaData()
 
-ENCRYPTION: Final = sa.Table(
-    "fpmatch_encryption",
-    _metadata,
-    sa.Column("id", sa.Integer, sa.CheckConstraint("id = 1"), primary_key=True),
-    sa.Column("gallery", sa.LargeBinary, nullable=False),
-    sa.Column("keys", sa.Text, nullable=False),  # its id; of earlier versions perhaps several
-)
-
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Sealing:
     """Seal and unseal the templates and the index of a gallery.
 
     `gallery` is its id and `key_id` the id of its key; `given` are the keys that were given, or
-    their source. A rotation that an earlier version left unfinished may have left templates that
-    are `mixed`: of other keys, or not encrypted.
+    their source.
     """
 
     gallery: bytes
     key_id: str
     given: KeyRing | str | None
-    mixed: bool = False
 
-    @property
+    @cached_property
     def ring(self) -> KeyRing:
         """The keys that were given; EncryptionError if there are none."""
-        return self.given if isinstance(self.given, KeyRing) else keys_for(self.key_id, self.given)
+        return load_keys(self.given, self.key_id)
 
     @property
     def key(self) -> Key:
@@ -80,19 +72,14 @@ class Sealing:
         Raises DamagedRowError if row or template were changed, or belong to another entry or
         gallery; EncryptionError (code "missing key") if its key was not given.
         """
-        data = row.template
-        if not isinstance(data, bytes):
-            raise DamagedRowError(row.id, "it has no template")
-        if self.mixed and not is_sealed(data):
-            return row
+        columns = row._asdict()
         try:
-            key_id = key_id_of(data)
-            if key_id != self.key_id and not self.mixed:
+            key_id = key_id_of(row.template)
+            if key_id != self.key_id:
                 why = f"encrypted with key {key_id}, which the gallery does not use"
                 raise DamagedRowError(row.id, why)
-            columns = row._asdict()
             bound = [*_as_bytes(columns)]
-            packed = unseal(self.ring, data, purpose=_ENTRY, salt=self.gallery, bound=bound)
+            packed = unseal(self.ring, row.template, purpose=_ENTRY, salt=self.gallery, bound=bound)
         except EncryptionError as error:
             if error.code in {"damaged", "version"}:
                 raise DamagedRowError(row.id, str(error)) from None
@@ -120,43 +107,31 @@ def read_sealing(connection: sa.Connection, given: KeyRing | str | None) -> Seal
 
     Raises EncryptionError (code "damaged") if the key in use is not recorded.
     """
-    if connection.scalar(sa.select(GALLERY.c.version)) != ENCRYPTED_VERSION:
+    if connection.scalar(_VERSION) != ENCRYPTED_VERSION:
         return None
-    row = None
-    if sa.inspect(connection).has_table(ENCRYPTION.name):
-        row = connection.execute(sa.select(ENCRYPTION)).first()
-    recorded = str(row.keys).split() if row is not None else []
-    ids = [word for word in recorded if len(word) == ID_DIGITS and not set(word) - set(hexdigits)]
-    if row is None or not isinstance(row.gallery, bytes) or not ids:
+    row = connection.execute(sa.select(ENCRYPTION)).first()
+    key_id = "" if row is None else str(row.keys)
+    if row is None or len(key_id) != ID_DIGITS or set(key_id) - set(hexdigits):
         raise EncryptionError("damaged: the key in use is missing", code="damaged")
-    return Sealing(row.gallery, ids[0], given, mixed=len(recorded) > 1)
+    return Sealing(bytes(row.gallery), key_id, given)
 
 
 def set_key(connection: sa.Connection, key_id: str) -> None:
     """Record that a gallery is encrypted with a key; it gets an id where it has none."""
-    _metadata.create_all(connection)
+    ENCRYPTION.create(connection, checkfirst=True)
     if not connection.execute(ENCRYPTION.update().values(keys=key_id)).rowcount:
         new_id = secrets.token_bytes(_ID_BYTES)
         connection.execute(ENCRYPTION.insert().values(id=1, gallery=new_id, keys=key_id))
     connection.execute(GALLERY.update().values(version=ENCRYPTED_VERSION))
 
 
-def set_plain(connection: sa.Connection) -> None:
-    """Record that a gallery is not encrypted any more."""
-    connection.execute(ENCRYPTION.delete())
-    connection.execute(GALLERY.update().values(version=VERSION))
-
-
 def _as_bytes(row: dict[str, Any]) -> Iterator[bytes]:
     """Yield what a template is bound to: the columns of its row, each by its type."""
-    for name in _BOUND:
-        value = row[name]
+    for value in map(row.__getitem__, _BOUND):
         match value:
             case str():
                 yield b"s" + value.encode("utf-8", "surrogatepass")
             case bytes():
                 yield b"b" + value
-            case int() | float():
-                yield b"n" + struct.pack("<d", value)
-            case _:
-                yield b"?"
+            case number:
+                yield b"n" + struct.pack("<d", number)

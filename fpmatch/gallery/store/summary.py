@@ -24,15 +24,14 @@ def count_entries(gallery: Gallery) -> dict[str, Any]:
 
     They are a part of what `summarize` returns; no row of an entry is read.
     """
-    with gallery.reading() as connection:
-        sealing = gallery.sealing(connection)
-        return {
-            "version": connection.scalar(sa.select(GALLERY.c.version)),
-            "impressions": connection.scalar(sa.select(_COUNT).select_from(ENTRY)),
-            "subjects": connection.scalar(sa.select(sa.func.count(ENTRY.c.subject.distinct()))),
-            "failures": connection.scalar(sa.select(_COUNT).select_from(FAILURE)),
-            "keys": [] if sealing is None else [sealing.key_id],
-        }
+    sealing = gallery.sealing()
+    return {
+        "version": gallery.count(sa.select(GALLERY.c.version)),
+        "impressions": len(gallery),
+        "subjects": gallery.subjects(),
+        "failures": gallery.count(sa.select(_COUNT).select_from(FAILURE)),
+        "keys": [] if sealing is None else [sealing.key_id],
+    }
 
 
 def summarize(gallery: Gallery) -> dict[str, Any]:
@@ -50,13 +49,12 @@ def summarize(gallery: Gallery) -> dict[str, Any]:
     )
     with gallery.reading() as connection:
         row = connection.execute(totals.where(_SOUND)).one()
-        sizes = {name: int(number) for name, number in row._mapping.items()}
         by_dpi = connection.execute(of_dpi.where(_SOUND)).all()
-    dpi = [{"dpi": float(dpi), "impressions": count} for dpi, count in by_dpi]
+    sizes = {name: int(number) for name, number in row._mapping.items()}
     return {
         "version": counted["version"],
         **sizes,
-        "dpi": dpi,
+        "dpi": [{"dpi": float(dpi), "impressions": count} for dpi, count in by_dpi],
         "failures": counted["failures"],
         "damaged": counted["impressions"] - sizes["impressions"],
         "keys": counted["keys"],

@@ -8,21 +8,25 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 import sqlalchemy as sa
 
-from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, PackedEntry
+from fpmatch.gallery.listing.entry import Label
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
+
+    from fpmatch.gallery.listing.entry import EnrolmentRequest
 
 Value = TypeVar("Value")
 
 VERSION: Final = 3
 """Version of these tables and of their content; it grows with every change of either."""
+ENCRYPTED_VERSION: Final = VERSION + 1
+"""Version of an encrypted gallery."""
 
-_metadata = sa.MetaData()
+METADATA: Final = sa.MetaData()
 
 GALLERY: Final = sa.Table(
     "fpmatch_gallery",
-    _metadata,
+    METADATA,
     sa.Column("id", sa.Integer, sa.CheckConstraint("id = 1"), primary_key=True),
     sa.Column("version", sa.Integer, nullable=False),
     sa.Column("state", sa.Text, nullable=False),  # random, replaced by every change of entries
@@ -30,7 +34,7 @@ GALLERY: Final = sa.Table(
 
 ENTRY: Final = sa.Table(
     "fpmatch_entry",
-    _metadata,
+    METADATA,
     sa.Column("id", sa.Integer, primary_key=True),
     sa.Column("subject", sa.Text, nullable=False),
     sa.Column("finger", sa.Text, nullable=False),
@@ -52,13 +56,28 @@ WHOLE: Final = sa.select(ENTRY)
 
 FAILURE: Final = sa.Table(
     "fpmatch_failure",
-    _metadata,
+    METADATA,
     sa.Column("source", sa.Text, primary_key=True),
     sa.Column("reason", sa.Text, nullable=False),
 )
 
-TABLES: Final = (GALLERY, ENTRY, FAILURE)
-"""The tables that every gallery has."""
+TABLES: Final = [GALLERY, ENTRY, FAILURE]
+"""The tables that every gallery has; the others are made when they are needed."""
+
+ENCRYPTION: Final = sa.Table(
+    "fpmatch_encryption",
+    METADATA,
+    sa.Column("id", sa.Integer, sa.CheckConstraint("id = 1"), primary_key=True),
+    sa.Column("gallery", sa.LargeBinary, nullable=False),  # its random id
+    sa.Column("keys", sa.Text, nullable=False),  # the id of the key in use
+)
+
+AUDIT: Final = sa.Table(
+    "fpmatch_audit",
+    METADATA,
+    sa.Column("number", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("line", sa.Text, nullable=False),
+)
 
 DPI_TOLERANCE: Final = 0.05  # resolutions in files have one decimal
 VALUES_PER_QUERY: Final = 500  # which databases limit
@@ -84,7 +103,15 @@ class Conflict:
 
 
 ENROLLED: Final = Conflict("")
-"""What `Conflicts.find` returns for a print that is enrolled already."""
+"""The conflict of a print that is enrolled already."""
+
+
+class _Known(NamedTuple):
+    """The label, the file and the resolution of an entry; no resolution where it is damaged."""
+
+    label: Label
+    source: str
+    dpi: float | None
 
 
 def parts(values: Iterable[Value]) -> Iterator[list[Value]]:
@@ -94,86 +121,49 @@ def parts(values: Iterable[Value]) -> Iterator[list[Value]]:
         yield part
 
 
-def create_tables(connection: sa.Connection, state: str) -> None:
-    """Make the tables of an empty gallery, within the transaction of `connection`."""
-    _metadata.create_all(connection, checkfirst=False)
-    connection.execute(GALLERY.insert().values(id=1, version=VERSION, state=state))
+def find_conflicts(
+    connection: sa.Connection,
+    requests: Sequence[EnrolmentRequest],
+    sources: Sequence[str] | None = None,
+) -> list[Conflict | None]:
+    """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot.
 
-
-class Conflicts:
-    """Entries of a gallery that have the picture or the label of some requests."""
-
-    def __init__(self, connection: sa.Connection, requests: Sequence[EnrolmentRequest]) -> None:
-        self._by_content: dict[bytes, _Known] = {}
-        self._by_label: dict[tuple[str, ...], _Known] = {}
-        columns = (ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.impression)
-        for part in parts(requests):
-            # SQLite looks up no tuples by its index of labels, but the subjects
-            subjects = columns[0].in_({request.label.subject for request in part})
-            labels = sa.tuple_(*columns).in_([astuple(request.label) for request in part])
-            for condition in (
-                ENTRY.c.content.in_([request.content for request in part]),
-                sa.and_(subjects, labels),
-            ):
-                for row in connection.execute(sa.select(*ABOUT).where(condition)):
-                    label = (row.subject, row.finger, row.impression)
-                    dpi = row.dpi if isinstance(row.dpi, float) else None
-                    self._add(row.content, _Known(label, str(row.source), dpi))
-
-    def add(self, request: EnrolmentRequest, source: str) -> None:
-        """Take a print into account that is enrolled now, from the file `source`."""
-        self._add(request.content, _Known(astuple(request.label), source, request.dpi))
-
-    def _add(self, content: bytes, known: _Known) -> None:
-        self._by_content[content] = self._by_label[known.label] = known
-
-    def find(self, request: EnrolmentRequest) -> Conflict | None:
-        """Return why a print cannot be enrolled, `ENROLLED`, or None where it can be."""
-        known = self._by_content.get(request.content)
-        if known is not None:
-            if known.label != astuple(request.label):
-                label = "_".join(str(name) for name in known.label if name)
-                return Conflict(f"the same picture is enrolled as {label} already", known.source)
-            dpi = known.dpi
-            if request.dpi is None or dpi is None or abs(request.dpi - dpi) <= DPI_TOLERANCE:
-                return ENROLLED
-            return Conflict(f"enrolled already, at {dpi:g} dpi, not {request.dpi:g}")
-        other = self._by_label.get(astuple(request.label))
-        if other is not None:
-            return Conflict(f"another picture is enrolled as {request.label} already", other.source)
-        return None
-
-
-def conflicts_in_order(
-    connection: sa.Connection, new: Sequence[PackedEntry | Failure]
-) -> tuple[list[Conflict | None], list[PackedEntry]]:
-    """Return the conflict of each print with what is enrolled and with those before it.
-
-    The second list has the prints without a conflict.
+    With the `sources` of their files, those that can be are enrolled in this order: each may
+    conflict with one before it.
     """
-    packed = (entry for entry in new if isinstance(entry, PackedEntry))
-    known = Conflicts(connection, [*map(_request, packed)])
-    conflicts: list[Conflict | None] = []
-    enrolled = []
-    for entry in new:
-        if isinstance(entry, Failure):
-            conflicts.append(Conflict(entry.reason))
-            continue
-        request = _request(entry)
-        conflicts.append(known.find(request))
-        if conflicts[-1] is None:
-            known.add(request, entry.source)
-            enrolled.append(entry)
-    return conflicts, enrolled
+    by_content: dict[bytes, _Known] = {}
+    by_label: dict[Label, _Known] = {}
+    names = (ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.impression)
+    for part in parts(requests):
+        # SQLite looks up no tuples by its index of labels, but the subjects
+        subjects = ENTRY.c.subject.in_({request.label.subject for request in part})
+        labels = sa.tuple_(*names).in_([astuple(request.label) for request in part])
+        contents = ENTRY.c.content.in_([request.content for request in part])
+        for condition in (contents, sa.and_(subjects, labels)):
+            for row in connection.execute(sa.select(*ABOUT).where(condition)):
+                label = Label(row.subject, row.finger, row.impression)
+                dpi = row.dpi if isinstance(row.dpi, float) else None
+                by_content[row.content] = by_label[label] = _Known(label, str(row.source), dpi)
+    conflicts = []
+    for k, request in enumerate(requests):
+        same, other = by_content.get(request.content), by_label.get(request.label)
+        conflict = _conflict(request, same, other)
+        if conflict is None and sources is not None:
+            known = _Known(request.label, sources[k], request.dpi)
+            by_content[request.content] = by_label[request.label] = known
+        conflicts.append(conflict)
+    return conflicts
 
 
-def _request(entry: PackedEntry) -> EnrolmentRequest:
-    return EnrolmentRequest(entry.label, entry.content, entry.dpi)
-
-
-class _Known(NamedTuple):
-    """The label, the file and the resolution of an entry; no resolution where it is damaged."""
-
-    label: tuple[str, ...]
-    source: str
-    dpi: float | None
+def _conflict(
+    request: EnrolmentRequest, same: _Known | None, other: _Known | None
+) -> Conflict | None:
+    """Return the conflict with the entry of the same picture, and with that of the same label."""
+    if same is None:
+        why = f"another picture is enrolled as {request.label} already"
+        return None if other is None else Conflict(why, other.source)
+    if same.label != request.label:
+        return Conflict(f"the same picture is enrolled as {same.label} already", same.source)
+    if request.dpi is None or same.dpi is None or abs(request.dpi - same.dpi) <= DPI_TOLERANCE:
+        return ENROLLED
+    return Conflict(f"enrolled already, at {same.dpi:g} dpi, not {request.dpi:g}")

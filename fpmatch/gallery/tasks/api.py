@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import os
 import warnings
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.api import given_print
+from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.gallery import Gallery, open_gallery
+from fpmatch.gallery.listing.entry import NamePattern
+from fpmatch.gallery.listing.prints import find_prints
+from fpmatch.gallery.search.entries import identify_given
+from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.probes import read_hashed
+from fpmatch.gallery.tasks.enrol import enrol as enrol_prints
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Label
     from fpmatch.gallery.tasks.screening import Enrolment
     from fpmatch.matching.result import Matcher
@@ -83,26 +90,15 @@ def identify(
         If the matcher is unknown or not calibrated, or `count`, `threshold` or `effort` is out
         of range.
     """
-    from fpmatch.gallery.engine.engine import processes  # noqa: PLC0415
-    from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
-    from fpmatch.gallery.search.entries import identify_given  # noqa: PLC0415  (imports a database)
-    from fpmatch.gallery.search.opening import open_search  # noqa: PLC0415
-    from fpmatch.gallery.search.probes import read_hashed  # noqa: PLC0415
-
     content = None
     if isinstance(probe, str | os.PathLike):
         given, content = read_hashed(Path(probe), lambda: given_print(probe, dpi=dpi))
     else:
         given = given_print(probe, dpi=dpi)
-    limits: dict[str, Any] = {
-        "workers": workers,
-        "count": count,
-        "threshold": threshold,
-        "effort": effort,
-    }
-    with nullcontext(gallery) if isinstance(gallery, Gallery) else open_gallery(gallery) as opened:
+    how: dict[str, Any] = {"count": count, "threshold": threshold, "effort": effort}
+    with _opened(gallery) as opened:
         search = open_search(opened, matcher, engine=processes(workers))
-        _, result, entries = identify_given(opened, search, given, **limits)
+        _, result, entries = identify_given(opened, search, given, workers=workers, **how)
         for number, why in opened.damaged.items():
             warnings.warn(f"{opened.name}: entry {number} is skipped: {why}", stacklevel=2)
         opened.record("identify", probe=content, candidates=result.numbers)
@@ -167,17 +163,18 @@ def enrol(
     >>> done.enrolled, done.failures  # doctest: +SKIP
     (16, [])
     """
-    from fpmatch.gallery.engine.engine import processes  # noqa: PLC0415
-    from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
-    from fpmatch.gallery.listing.entry import NamePattern  # noqa: PLC0415
-    from fpmatch.gallery.listing.prints import find_prints  # noqa: PLC0415
-    from fpmatch.gallery.tasks import enrol as enrolling  # noqa: PLC0415
-
     names = None if pattern is None else NamePattern(pattern)
     places = [prints] if isinstance(prints, str | os.PathLike) else prints
     files = find_prints(places, dpi, pattern=names, by_folder=by_folder)
-    options: dict[str, Any] = {"pattern": names, "strict": strict}
-    if not isinstance(gallery, Gallery):
-        with open_gallery(gallery, create=True) as opened:
-            return enrolling.enrol(opened, files, engine=processes(workers), **options)
-    return enrolling.enrol(gallery, files, engine=processes(workers), **options)
+    with _opened(gallery, create=True) as opened:
+        engine = processes(workers)
+        return enrol_prints(opened, files, pattern=names, engine=engine, strict=strict)
+
+
+def _opened(
+    gallery: str | os.PathLike[str] | Gallery, *, create: bool = False
+) -> AbstractContextManager[Gallery]:
+    """Return a gallery, opened for this call unless it is open."""
+    if isinstance(gallery, Gallery):
+        return nullcontext(gallery)
+    return open_gallery(gallery, create=create)

@@ -94,13 +94,12 @@ def check_claim(
     `fpmatch.gallery.fingers.finger.verify_finger`; raises GalleryError if the gallery cannot be
     read, or nothing of the subject or finger is enrolled, or all of it is damaged.
     """
-    entries = [
-        entry
+    entries = {
+        entry.id: entry
         for entry in gallery.entries(subject=subject)
         if finger is None or entry.label.finger == finger
-    ]
-    templates = [(entry, gallery.find_template(entry.id)) for entry in entries]
-    sound = {entry: template for entry, template in templates if template is not None}
+    }
+    sound = {entries[k]: template for k, template in gallery.templates(of=entries)}
     damaged = len(entries) - len(sound)
     if not sound:
         claim = f"subject {subject}" if finger is None else f"finger {finger} of subject {subject}"

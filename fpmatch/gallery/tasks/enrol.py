@@ -4,28 +4,25 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections import deque
 from contextlib import closing
-from dataclasses import dataclass, field
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
+
+import sqlalchemy as sa
 
 from fpmatch.base.output import reason
 from fpmatch.errors import GalleryError, without_path
 from fpmatch.gallery.engine.engine import processes
-from fpmatch.gallery.engine.workers import Attempt, Progress, attempt_each, no_progress
-from fpmatch.gallery.listing.entry import (
-    EnrolmentRequest,
-    Failure,
-    NamePattern,
-    NewEntry,
-)
+from fpmatch.gallery.engine.workers import Progress, attempt_each, no_progress
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, NamePattern, NewEntry
 from fpmatch.gallery.listing.print_file import resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
+from fpmatch.gallery.store.audit import ranges
 from fpmatch.gallery.store.rows import pack_entry
 from fpmatch.gallery.store.stored_template import is_unstated
-from fpmatch.gallery.store.tables import ENROLLED
+from fpmatch.gallery.store.tables import ENROLLED, ENTRY
 from fpmatch.gallery.tasks.screening import Enrolment
 from fpmatch.printable import printable
 from fpmatch.prints.reading import group_by_note
@@ -36,6 +33,8 @@ if TYPE_CHECKING:
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.print_file import PrintFile
+
+    Requested = tuple[PrintFile, EnrolmentRequest]
 
 Item = TypeVar("Item")
 
@@ -70,22 +69,78 @@ def enrol(
     counted `into` a run that was begun, or a new one, which is returned.
     """
     done = into or Enrolment(gallery, strict=strict)
-    run = _Run(gallery, done, pattern or NamePattern(), len(prints), progress)
+    before = done.counted
+    noted: list[tuple[Path, tuple[str, ...]]] = []
     notes = resolution_notes([file.dpi for file in prints])
-    run.on_dpi = {file.path: one for file, one in zip(prints, notes, strict=True)}
+    on_dpi = {file.path: one for file, one in zip(prints, notes, strict=True)}
+
+    def report() -> None:
+        progress("enrol", done.counted - before, len(prints))
+
     gallery.check_keys()
-    progress("enrol", 0, len(prints))
+    report()
     with engine or processes() as place:
         if extractor is None:
             earlier = earlier_resolutions(gallery, prints)
             reader = folder_reader(prints, engine=place, earlier=earlier)
             extractor = partial(extract_print, reader=reader)
-        with closing(attempt_each(place, extractor, run.new(prints))) as attempts:
+        requested = _requested(gallery, prints, pattern or NamePattern(), done, report)
+        with closing(attempt_each(place, partial(_extract, extractor), requested)) as attempts:
             for batch in _batches(attempts):
-                run.commit(batch)
-    run.commit([])
-    done.noted |= group_by_note(run.noted)
+                new = []
+                for (file, request), attempt in batch:
+                    made, source = attempt.result, _source(file)
+                    if made is None:
+                        done.fail(source, without_path(attempt.reason, file.path))
+                        continue
+                    noted.append((file.path, (*made.all_notes, *on_dpi[file.path])))
+                    entry = NewEntry(request.label, source, request.content, made.template)
+                    packed = pack_entry(entry)
+                    if isinstance(packed, Failure):
+                        done.fail(source, packed.reason)
+                    else:
+                        new.append(packed)
+                done.add(new)
+                report()
+    done.add([])  # what has failed since
+    done.noted |= group_by_note(noted)
     return done
+
+
+def enrol_gallery(
+    gallery: Gallery,
+    source: Gallery,
+    *,
+    progress: Progress = no_progress,
+    strict: bool = False,
+    into: Enrolment | None = None,
+) -> Enrolment:
+    """Enrol the entries of another gallery that are not in this one.
+
+    Templates are checked and copied as they are, with their labels, sources and SHA-256; entries
+    get new numbers, in the same order. A thousand are committed at once: a run that was killed
+    continues when it is started again. A failure is a damaged entry, or one whose label or picture
+    is enrolled otherwise. Either gallery may be encrypted. `progress`, `strict` and `into` are as
+    for `enrol`; GalleryError is raised if both are the same, too.
+    """
+    one, other = gallery.file, source.file
+    if gallery.name == source.name or (one and other and one.samefile(other)):
+        raise gallery.error("its entries cannot be enrolled in itself", "same gallery")
+    gallery.check_keys()
+    source.check_keys()
+    earlier, total = dict(source.damaged), len(source)
+    run, done = into or Enrolment(gallery, strict=strict), 0
+    entries = source.packed_entries()
+    progress("enrol", 0, total)
+    while batch := list(islice(entries, PRINTS_PER_COMMIT)):
+        source.record("export", entries=ranges(number for number, _ in batch))
+        run.add([entry for _, entry in batch])
+        done += len(batch)
+        progress("enrol", min(done, total), total)
+    for number, why in sorted(source.damaged.items() - earlier.items()):
+        run.fail(f"{source.name}: entry {number}", f"damaged: {why}")
+    run.add([])
+    return run
 
 
 def earlier_resolutions(gallery: Gallery, prints: Sequence[PrintFile]) -> dict[Path, float]:
@@ -94,13 +149,58 @@ def earlier_resolutions(gallery: Gallery, prints: Sequence[PrintFile]) -> dict[P
     Of the gallery, the `LAST_ENTRIES` are looked at; `folder_reader` takes what is returned.
     """
     folders = {printable(f.path.absolute().parent): f.path.parent for f in prints if f.dpi is None}
-    if not folders or not len(gallery):
+    if not folders:
         return {}
-    last = gallery.packed_templates(after=max(gallery.last_number() - LAST_ENTRIES, 0))
-    unstated = [number for number, data in last if is_unstated(data)]
-    entries = sorted(gallery.entries_of(unstated), key=lambda entry: entry.id)
-    of_folder = {str(Path(entry.source).parent): entry.dpi for entry in entries}
+    last = gallery.count(sa.select(sa.func.max(ENTRY.c.id)))
+    numbers = range(max(last - LAST_ENTRIES, 0) + 1, last + 1)
+    templates = gallery.packed_templates(of=numbers)
+    unstated = [number for number, data in templates if is_unstated(data)]
+    of_folder = {str(Path(one.source).parent): one.dpi for one in gallery.entries_of(unstated)}
     return {folders[name]: dpi for name, dpi in of_folder.items() if name in folders}
+
+
+def _requested(
+    gallery: Gallery,
+    prints: Sequence[PrintFile],
+    pattern: NamePattern,
+    done: Enrolment,
+    report: Callable[[], None],
+) -> Iterator[Requested]:
+    """Yield the prints that are not enrolled and can be; count the others."""
+    for k in range(0, len(prints), PRINTS_PER_QUERY):
+        given: list[Requested] = []
+        for file in prints[k : k + PRINTS_PER_QUERY]:
+            try:
+                given.append((file, _request(file, pattern)))
+            except OSError as error:
+                done.fail(_source(file), reason(error))
+            except GalleryError as error:
+                done.fail(_source(file), without_path(str(error), file.path))
+        conflicts = gallery.find_conflicts([request for _, request in given])
+        for (file, request), conflict in zip(given, conflicts, strict=True):
+            if conflict is None:
+                yield file, request
+            elif conflict == ENROLLED:
+                done.note_known(request.content)
+            else:
+                done.fail(_source(file), str(conflict))
+        report()
+
+
+def _request(file: PrintFile, pattern: NamePattern) -> EnrolmentRequest:
+    """Return what is known of a file; GalleryError where it has no label that may be enrolled."""
+    label = file.label or pattern.label(file.path)
+    if label is None:
+        raise GalleryError(f"its name does not fit the pattern {pattern.text}")
+    return EnrolmentRequest(label, hashlib.sha256(file.path.read_bytes()).digest(), file.dpi)
+
+
+def _extract(extractor: Callable[..., ExtractedPrint], requested: Requested) -> ExtractedPrint:
+    return extractor(requested[0])
+
+
+def _source(file: PrintFile) -> str:
+    return printable(file.path.absolute())
 
 
 def _batches(items: Iterable[Item]) -> Iterator[list[Item]]:
@@ -114,78 +214,3 @@ def _batches(items: Iterable[Item]) -> Iterator[list[Item]]:
             batch, begin = [], time.monotonic()
     if batch:
         yield batch
-
-
-@dataclass(slots=True)
-class _Run:
-    """State of one run of `enrol`; `unsaved` are failures that are not in the gallery yet."""
-
-    gallery: Gallery
-    enrolment: Enrolment
-    pattern: NamePattern
-    total: int
-    progress: Progress
-    unsaved: list[Failure] = field(default_factory=list)
-    on_dpi: dict[Path, tuple[str, ...]] = field(default_factory=dict)
-    noted: list[tuple[Path, tuple[str, ...]]] = field(default_factory=list)
-    extracting: deque[EnrolmentRequest] = field(default_factory=deque)
-
-    def new(self, prints: Sequence[PrintFile]) -> Iterator[PrintFile]:
-        """Yield the prints that are not enrolled and can be; their requests are `extracting`."""
-        for k in range(0, len(prints), PRINTS_PER_QUERY):
-            given = [(file, self._request(file)) for file in prints[k : k + PRINTS_PER_QUERY]]
-            requested = [(file, request) for file, request in given if request is not None]
-            conflicts = self.gallery.find_conflicts([request for _, request in requested])
-            for (file, request), conflict in zip(requested, conflicts, strict=True):
-                if conflict is None:
-                    self.extracting.append(request)
-                    yield file
-                elif conflict == ENROLLED:
-                    self.enrolment.note_known(request.content)
-                else:
-                    self._fail(file, str(conflict))
-            self._report_progress()
-
-    def _request(self, file: PrintFile) -> EnrolmentRequest | None:
-        """Return what is known of a file; None, with a failure, where it cannot be enrolled."""
-        label = file.label or self.pattern.label(file.path)
-        if label is None:
-            self._fail(file, f"its name does not fit the pattern {self.pattern.text}")
-            return None
-        try:
-            content = hashlib.sha256(file.path.read_bytes()).digest()
-            return EnrolmentRequest(label, content, file.dpi)
-        except OSError as error:
-            self._fail(file, reason(error))
-        except GalleryError as error:
-            self._fail(file, str(error))
-        return None
-
-    def _fail(self, file: PrintFile, why: str) -> None:
-        source = printable(file.path.absolute())
-        self.unsaved.append(Failure(source, without_path(why, file.path)))
-
-    def commit(self, attempts: Sequence[tuple[PrintFile, Attempt[ExtractedPrint]]]) -> None:
-        """Add extracted prints, and what has failed since, to the gallery."""
-        new = []
-        for file, attempt in attempts:
-            request, made = self.extracting.popleft(), attempt.result
-            if made is None:
-                self._fail(file, attempt.reason)
-                continue
-            source = printable(file.path.absolute())
-            entry = NewEntry(request.label, source, request.content, made.template)
-            new.append(pack_entry(entry))
-            self.noted.append((file.path, (*made.all_notes, *self.on_dpi[file.path])))
-        failures, self.unsaved = self.unsaved, []
-        self.enrolment.add(new, failures)
-        self._report_progress()
-
-    @property
-    def done(self) -> int:
-        """Number of prints whose outcome is known."""
-        counted = self.enrolment
-        return counted.enrolled + counted.known + len(counted.failures) + len(self.unsaved)
-
-    def _report_progress(self) -> None:
-        self.progress("enrol", self.done, self.total)

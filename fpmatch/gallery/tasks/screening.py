@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
-from fpmatch.gallery.listing.entry import Failure, PackedEntry
+from fpmatch.gallery.listing.entry import Failure
 from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.gallery.store.stored_template import unpack_template
-from fpmatch.gallery.store.tables import ENROLLED, Conflict
+from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.consistency import LINK_SCORE
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import find_reachable, find_shortage
@@ -19,23 +19,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.listing.entry import Entry, Label
+    from fpmatch.gallery.listing.entry import Entry, Label, PackedEntry
     from fpmatch.templates.minutiae import Template
 
 MOST_COMPARED: Final = 8  # impressions of a finger that a new one is compared with
-
-
-class _Screened(NamedTuple):
-    """A new print, and what is known of it before it is enrolled.
-
-    `existed` is whether its subject was enrolled before from files that were not given, and
-    `unmatched` is why it does not match its finger; `refused` is why it may not be enrolled.
-    """
-
-    entry: PackedEntry
-    existed: bool = False
-    unmatched: str | None = None
-    refused: str | None = None
 
 
 class Enrolment:
@@ -50,6 +37,7 @@ class Enrolment:
         self._gallery, self._strict = gallery, strict
         self._given: set[bytes] = set()  # contents of the prints of this run
         self._doubted: set[Label] = set()  # of its prints that do not match their finger
+        self._unsaved: list[Failure] = []  # which the gallery does not contain yet
         self.enrolled, self.known = 0, 0
         """Numbers of prints enrolled now and before."""
         self.failures: list[Failure] = []
@@ -65,63 +53,69 @@ class Enrolment:
         counts = f"enrolled={self.enrolled}, known={self.known}, failures={self.failures}"
         return f"Enrolment({counts}, added={dict(self.added)}, unmatched={self.unmatched})"
 
-    def add(self, new: Sequence[PackedEntry | Failure], failures: Sequence[Failure] = ()) -> None:
-        """Enrol prints, and record the failures, in one transaction."""
-        packed = [entry for entry in new if isinstance(entry, PackedEntry)]
-        failed = [*failures, *(entry for entry in new if isinstance(entry, Failure))]
-        screened = self._screen(packed)
-        failed += [
-            Failure(one.entry.source, f"refused: {one.refused}") for one in screened if one.refused
-        ]
-        accepted = [one for one in screened if not one.refused]
-        if accepted or failed:
-            conflicts = self._gallery.add_packed([one.entry for one in accepted], failed)
-            self.failures += failed
-            for one, conflict in zip(accepted, conflicts, strict=True):
-                self._count(one, conflict)
+    @property
+    def counted(self) -> int:
+        """The number of prints whose outcome is known."""
+        return self.enrolled + self.known + len(self.failures)
+
+    def fail(self, source: str, why: str) -> None:
+        """Count a print that cannot be enrolled; `add` records it in the gallery."""
+        self.failures.append(Failure(source, why))
+        self._unsaved.append(self.failures[-1])
 
     def note_known(self, content: bytes) -> None:
         """Count a print that was enrolled before, by the SHA-256 of its file."""
         self.known += 1
         self._given.add(content)
 
-    def _count(self, one: _Screened, conflict: Conflict | None) -> None:
-        source = one.entry.source
-        if conflict is None:
-            self.enrolled += 1
-            self.added.update([one.entry.label.subject] if one.existed else [])
-            self.unmatched += [Failure(source, one.unmatched)] if one.unmatched else []
-        elif conflict == ENROLLED:
-            self.note_known(one.entry.content)
-        else:
-            self.failures.append(Failure(source, str(conflict)))
+    def add(self, new: Sequence[PackedEntry]) -> None:
+        """Enrol prints, and record the failures until now, in one transaction."""
+        accepted = self._screen(new)
+        failed, self._unsaved = self._unsaved, []
+        if not (accepted or failed):
+            return
+        conflicts = self._gallery.add_packed([entry for entry, *_ in accepted], failed)
+        for (entry, existed, unmatched), conflict in zip(accepted, conflicts, strict=True):
+            if conflict is None:
+                self.enrolled += 1
+                self.added.update([entry.label.subject] if existed else [])
+                self.unmatched += [Failure(entry.source, unmatched)] if unmatched else []
+            elif conflict == ENROLLED:
+                self.note_known(entry.content)
+            else:
+                self.failures.append(Failure(entry.source, str(conflict)))
 
-    def _screen(self, new: Sequence[PackedEntry]) -> list[_Screened]:
-        """Return what is known of new prints, in the order in which they are enrolled."""
+    def _screen(self, new: Sequence[PackedEntry]) -> list[tuple[PackedEntry, bool, str | None]]:
+        """Return the new prints that are not refused, in the order in which they are enrolled.
+
+        With each is stated if its subject was enrolled before from files that were not given, and
+        why it does not match its finger.
+        """
         self._given.update(entry.content for entry in new)
         enrolled = self._gallery.entries_by_subject({entry.label.subject for entry in new})
         earlier: dict[Label, list[tuple[Label, Template]]] = {}
-        screened = []
+        accepted: list[tuple[PackedEntry, bool, str | None]] = []
         for entry in new:
             existing = enrolled.get(entry.label.subject, [])
             existed = any(other.content not in self._given for other in existing)
             known = any(other.content == entry.content for other in existing)
             if known or not (existed or self._strict):
-                screened.append(_Screened(entry))
+                accepted.append((entry, False, None))
                 continue
             template = unpack_template(entry.template)
             existing = [other for other in existing if other.label not in self._doubted]
             others = earlier.setdefault(entry.label.of_finger, [])
             unmatched = find_unmatched(self._gallery, entry.label, template, existing, others)
-            refused = None
-            if self._strict:
-                refused = "; ".join(find_doubts(template)) or unmatched
+            refused = ("; ".join(find_doubts(template)) or unmatched) if self._strict else None
             if unmatched:
                 self._doubted.add(entry.label)
             elif not refused:
                 others.append((entry.label, template))
-            screened.append(_Screened(entry, existed, unmatched, refused))
-        return screened
+            if refused:
+                self.fail(entry.source, f"refused: {refused}")
+            else:
+                accepted.append((entry, existed, unmatched))
+        return accepted
 
 
 def find_unmatched(
@@ -136,12 +130,9 @@ def find_unmatched(
     `existing` are the entries of its subject; `earlier` are prints of its finger that are enrolled
     together with it.
     """
-    of_finger = [entry for entry in existing if entry.label.of_finger == label.of_finger]
-    stored = [
-        (entry.label, gallery.find_template(entry.id)) for entry in of_finger[-MOST_COMPARED:]
-    ]
-    others = [(name, other) for name, other in (*stored, *earlier) if other is not None]
-    others = others[-MOST_COMPARED:]
+    same = {one.id: one.label for one in existing if one.label.of_finger == label.of_finger}
+    stored = gallery.templates(of=[*same][-MOST_COMPARED:])
+    others = [*((same[number], other) for number, other in stored), *earlier][-MOST_COMPARED:]
     if not others:
         return None
     matcher, curve = get_matcher(DEFAULT_MATCHER), load_calibration(DEFAULT_MATCHER)

@@ -22,6 +22,7 @@ from fpmatch.gallery.cli.options import (
     places_argument,
     workers_option,
 )
+from fpmatch.lab.cli.evaluate import STAGES
 from fpmatch.matching.registry import get_matcher
 from fpmatch.printable import json_text, printable
 
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
-
-_STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 
 
 @click.command(
@@ -86,7 +85,7 @@ def calibrate(
     check_writable(output)
     chosen = get_matcher(matcher)
     say_slow_kernels()
-    with ProgressBars(_STAGES) as bars:
+    with ProgressBars(STAGES) as bars:
         impostors = fitting.gather_impostors(
             sources,
             matcher=chosen,

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fpmatch.base.kernels import build_command, outdated_kernels
+from fpmatch.base.plugins import MATCHERS, load_plugins
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import enhance_option, file_option, reading_options
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.errors import FpmatchError
 from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
 from fpmatch.gallery.cli.options import (
     by_folder_option,
@@ -20,8 +19,8 @@ from fpmatch.gallery.cli.options import (
     places_argument,
     workers_option,
 )
-from fpmatch.lab.cli.matchers import chosen_matchers, matchers_option
 from fpmatch.lab.cli.rates import RATES, prepare_outputs, rate_options, write_outputs
+from fpmatch.matching.registry import DEFAULT_MATCHER, OWN_MATCHERS, matcher_names
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
@@ -30,10 +29,7 @@ if TYPE_CHECKING:
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
-_STAGES = {
-    "extract": "extracting prints",
-    "compare": "comparing pairs",
-}
+STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 
 
 @click.command(
@@ -68,7 +64,14 @@ Exit status: 0 when every image gave a template, 1 when some did not, 2 on bad i
     default="extended",
     help="Impostor pairs: all impressions of different fingers, or first impressions only.",
 )
-@matchers_option
+@click.option(
+    "--matcher",
+    "matchers",
+    multiple=True,
+    default=[DEFAULT_MATCHER],
+    metavar="NAME",
+    help="Matcher of fpmatch doctor --matchers; repeatable, or all.",
+)
 @reading_options
 @enhance_option
 @file_option("--scores", metavar="OUT.csv", help="Write every comparison to a CSV file.")
@@ -98,32 +101,27 @@ def evaluate(
     MANIFEST is as for fpmatch enrol. With --scores an interrupted run is resumed by the same
     command.
     """
-    if baseline is not None and outdated_kernels():
-        raise FpmatchError(
-            f"--baseline: kernels are out of date; run `{build_command()}` first, so that what is "
-            "compared is what the files say"
-        )
     from fpmatch.base.output import check_writable
     from fpmatch.lab.evaluation import run
     from fpmatch.lab.evaluation.databases.dataset import with_unique_names
     from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.lab.evaluation.rates.scores import read_scores
-    from fpmatch.lab.evaluation.report.document import report_document
+    from fpmatch.lab.evaluation.report.results import report_document
     from fpmatch.lab.evaluation.report.text import as_text
     from fpmatch.prints.reading import PrintReader
 
     if scores is not None:
         check_writable(scores)
-    files = prepare_outputs(options)
+    outputs = prepare_outputs(options)
     earlier = None if baseline is None else read_scores(baseline)
     loaded = run.load_datasets(places, protocol, pattern=pattern, by_folder=by_folder)
     datasets = [one.at(dpi) for one in with_unique_names(loaded)]
     say_slow_kernels()
     reader = PrintReader(raw, quiet=True)
-    with ProgressBars(_STAGES) as bars:
+    with ProgressBars(STAGES) as bars:
         results = run.evaluate_matchers(
             datasets,
-            chosen_matchers(matchers),
+            _chosen_matchers(matchers),
             protocol=protocol,
             workers=workers,
             progress=bars.show,
@@ -142,8 +140,19 @@ def evaluate(
         say_note(f"no template: {name}: {reason}")
     options |= {"baseline": earlier, "baseline_name": str(baseline)}
     document = report_document(results, **options)
-    write_outputs(results, document, files)
-    document["dpi_assumed"] = len(assumed)
-    document["notes"] = notes_as_json(noted)
+    document |= {"dpi_assumed": len(assumed), "notes": notes_as_json(noted)}
     show(json_text(document) if as_json else as_text(document))
+    write_outputs(results, document, outputs)
     return 1 if results[0].failures else 0
+
+
+def _chosen_matchers(names: tuple[str, ...]) -> list[str]:
+    """Return the requested matchers, each once; "all" means every matcher that can be loaded."""
+    known = matcher_names()
+    if "all" in names:
+        for name, why in load_plugins(MATCHERS)[1].items():
+            if name not in OWN_MATCHERS:
+                known.remove(name)
+                say_note(f"matcher {name} is left out: {why}")
+    every = [name for given in names for name in (known if given == "all" else [given])]
+    return list(dict.fromkeys(every))

@@ -159,16 +159,15 @@ def rates(
     if len(genuine_scores) != len(impostor_scores):
         raise click.UsageError("--genuine-scores and --impostor-scores go together")
     from fpmatch.lab.evaluation.rates.scores import finger_in_name, read_scores
-    from fpmatch.lab.evaluation.report.document import report_document
-    from fpmatch.lab.evaluation.report.results import evaluate_scores, notes_on
+    from fpmatch.lab.evaluation.report.results import report_document
     from fpmatch.lab.evaluation.report.text import as_text
+    from fpmatch.lab.evaluation.run import evaluate_scores, notes_on
 
-    files = prepare_outputs(options)
+    outputs = prepare_outputs(options)
     of_name = finger_in_name(pattern)
     earlier = None
     if baseline is not None:
-        how: dict[str, Any] = {"finger_of": lambda _, name: of_name(name)}
-        earlier = read_scores(baseline, distances=distances, **how)
+        earlier = read_scores(baseline, distances=distances, finger_of=of_name)
     pairs = list(zip(genuine_scores, impostor_scores, strict=True))
     results = evaluate_scores(
         scores, genuine_and_impostor=pairs, distances=distances, pattern=pattern
@@ -180,7 +179,7 @@ def rates(
     document = report_document(results, **options)
     document["notes"] = [{"note": note, "matcher": matcher} for matcher, note in noted]
     show(json_text(document) if as_json else as_text(document))
-    write_outputs(results, document, files)
+    write_outputs(results, document, outputs)
 
 
 def _rates_of_searches(
@@ -209,36 +208,37 @@ def _rates_of_searches(
         say_note(f"DET: {det}")
 
 
-def prepare_outputs(options: dict[str, Any]) -> dict[str, Path | None]:
-    """Take the files to write out of the options; OutputError where one cannot be written."""
-    files = {name: options.pop(name) for name in ("report_folder", "det", "table")}
-    if any(files.values()):
-        from fpmatch.lab.evaluation.report.page import prepare_page
-        from fpmatch.lab.evaluation.report.tables import check_table
-        from fpmatch.lab.plots.style import check_plot
+def prepare_outputs(options: dict[str, Any]) -> list[tuple[str, Path, Callable[..., Any]]]:
+    """Take the files to write out of the options: what each is, its path, and what writes it.
 
-        checks = prepare_page, check_plot, check_table
-        for file, check in zip(files.values(), checks, strict=True):
-            if file is not None:
-                check(file)
-    return files
+    Raises an OutputError where one cannot be written.
+    """
+    given = {name: options.pop(name) for name in ("det", "table", "report_folder")}
+    if not any(given.values()):
+        return []
+    from fpmatch.lab.evaluation.report.figures import save_det
+    from fpmatch.lab.evaluation.report.page import prepare_page, write_page
+    from fpmatch.lab.evaluation.report.text import check_table, save_table
+    from fpmatch.lab.plots.style import check_plot
+
+    kinds = (
+        ("DET", check_plot, lambda path, results, _: save_det(path, results)),
+        ("table", check_table, lambda path, _, document: save_table(path, document)),
+        ("report", prepare_page, write_page),
+    )
+    return [
+        (kind, check(path) or path, write)
+        for path, (kind, check, write) in zip(given.values(), kinds, strict=True)
+        if path is not None
+    ]
 
 
 def write_outputs(
-    results: list[RatesReport], document: dict[str, Any], files: dict[str, Path | None]
+    results: list[RatesReport],
+    document: dict[str, Any],
+    outputs: list[tuple[str, Path, Callable[..., Any]]],
 ) -> None:
     """Write page, DET and table, where requested, and note where they are."""
-    if (det := files["det"]) is not None:
-        from fpmatch.lab.evaluation.report.figures import save_det
-
-        save_det(det, results)
-        say_note(f"DET: {det}")
-    if (table := files["table"]) is not None:
-        from fpmatch.lab.evaluation.report.tables import save_table
-
-        save_table(table, document)
-        say_note(f"table: {table}")
-    if (folder := files["report_folder"]) is not None:
-        from fpmatch.lab.evaluation.report.page import write_page
-
-        say_note(f"report: {write_page(folder, results, document)}")
+    for kind, path, write in outputs:
+        write(path, results, document)
+        say_note(f"{kind}: {path}")

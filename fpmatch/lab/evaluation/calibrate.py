@@ -18,7 +18,8 @@ Technometrics 29 (1987), for the fit by probability-weighted moments.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -26,12 +27,15 @@ import numpy as np
 from fpmatch._version import __version__
 from fpmatch.base.parameters import parameters_of
 from fpmatch.errors import DatasetError, MatcherError
-from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.lab.evaluation.databases.extraction import Reading
-from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_fmr
-from fpmatch.lab.evaluation.rates.intervals import interval_json, interval_of
+from fpmatch.lab.evaluation.rates.bootstrap import (
+    DEFAULT_BOOTSTRAP,
+    bootstrap_fmr,
+    interval_json,
+    interval_of,
+)
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
 from fpmatch.matching.calibration import Calibration, Provenance, score_to_fmr
@@ -48,8 +52,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.gallery.listing.entry import NamePattern
-    from fpmatch.lab.evaluation.rates.scores_set import Trials
-    from fpmatch.lab.evaluation.report.results import RatesReport
+    from fpmatch.lab.evaluation.rates.scores import Trials
     from fpmatch.matching.result import Matcher
 
 
@@ -65,14 +68,6 @@ MAX_SHAPE: Final = 0.5  # where the variance becomes infinite
 KNOT_STEP: Final = 0.5  # greatest distance between knots in score
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ImpostorSet:
-    """One database's impostor comparisons, none of a print without template."""
-
-    name: str
-    trials: Trials
-
-
 def gather_impostors(
     sources: Sequence[str | os.PathLike[str]],
     *,
@@ -83,7 +78,7 @@ def gather_impostors(
     pattern: str | NamePattern | None = None,
     by_folder: bool = False,
     dpi: float | None = None,
-) -> list[ImpostorSet]:
+) -> list[Trials]:
     """Return the impostor comparisons of files of scores, then of databases of prints.
 
     `sources`: files of scores, of which those of the matcher are read, and folders, manifests and
@@ -108,31 +103,20 @@ def gather_impostors(
                 f"fpmatch evaluate --matcher {chosen.name}",
                 path=file,
             )
-        of_matcher = choose_matcher(sets, chosen.name, file)
-        gathered += [ImpostorSet(one.name, one.impostors) for one in of_matcher]
+        gathered += [one.impostors for one in choose_matcher(sets, chosen.name, file)]
     if places := [source for source in sources if source not in files]:
         named = load_datasets(places, pattern=pattern, by_folder=by_folder)
-        datasets = [dataset.at(dpi) for dataset in named]
         how: dict[str, Any] = {"workers": workers, "progress": progress, "reading": reading}
-        (report,) = evaluate_matchers(datasets, [chosen], **how)
-        gathered += impostors_of_report(report)
-    for k, one in enumerate(gathered):
-        if one.name in {earlier.name for earlier in gathered[:k]}:
-            raise DatasetError(f"{one.name}: this database is given twice")
+        (report,) = evaluate_matchers([one.at(dpi) for one in named], [chosen], **how)
+        gathered += report.impostors
+    for name, times in Counter(one.name for one in gathered).items():
+        if times > 1:
+            raise DatasetError(f"{name}: this database is given twice")
     return gathered
 
 
-def impostors_of_report(report: RatesReport) -> list[ImpostorSet]:
-    """Return the impostor comparisons of an evaluation, a database each.
-
-    Pairs with an image that gave no template are left out: their similarity would make the matcher
-    look more certain than it is.
-    """
-    return [ImpostorSet(one.name, one.impostors) for one in report.scores]
-
-
 def calibrate_on(
-    sets: Sequence[ImpostorSet],
+    sets: Sequence[Trials],
     matcher: str,
     command: str = "",
     *,
@@ -147,18 +131,18 @@ def calibrate_on(
     comparison has the same weight). Raises a `MatcherError` if there are too few impostor
     comparisons, or too few distinct similarities.
     """
-    impostors = _similarities(sets)
+    impostors = np.concatenate([one.similarity for one in sets])
     provenance = Provenance(
         sets=tuple(one.name for one in sets),
         impostors=int(impostors.size),
         version=__version__,
         command=command,
         matcher=matcher,
-        fingers=sum(one.trials.fingers for one in sets),
+        fingers=sum(one.fingers for one in sets),
     )
     weights = None
     if shares is not None:
-        counts = np.array([len(one.trials.similarity) for one in sets])
+        counts = np.array([one.similarity.size for one in sets])
         weights = np.repeat(np.asarray(shares, np.float64) / np.maximum(counts, 1), counts)
     return replace(fit_calibration(impostors, weights), provenance=provenance)
 
@@ -259,12 +243,9 @@ def _rounded(value: float | np.float64) -> float:
     return float(f"{value:.{_DIGITS}g}")
 
 
-CHECKED_SCORES: Final = (20.0, 30.0)
-
-
 def report_calibration(
     calibration: Calibration,
-    sets: Sequence[ImpostorSet],
+    sets: Sequence[Trials],
     *,
     bootstrap: int = DEFAULT_BOOTSTRAP,
     seed: int = 0,
@@ -272,28 +253,21 @@ def report_calibration(
     """Return what a calibration of `calibrate_on` is based on, as JSON values.
 
     The comparisons measure the FMR up to `largest_measured_score`, with a 95 % interval over
-    fingers there; above, it is extrapolated. `package_calibration` holds scores of the package's
-    own calibration, if any, and the share of these comparisons that reach each.
+    fingers there; above, it is extrapolated.
     """
-    provenance, similarity = calibration.provenance, _similarities(sets)
-    reached: list[dict[str, float]] = []
-    if own := calibration_of(provenance.matcher):
-        scores = own.scores(similarity)
-        reached = [{"score": at, "fmr": float(np.mean(scores >= at))} for at in CHECKED_SCORES]
-    trials, interval = [one.trials for one in sets], None
-    if all(t.fingers for t in trials):
-        last_knot = calibration.knots[-1][0]
-        interval = interval_of(bootstrap_fmr(trials, last_knot, bootstrap, seed))
+    provenance, largest = calibration.provenance, calibration.largest_measured_score
+    similarity, interval = np.concatenate([one.similarity for one in sets]), None
+    if all(one.fingers for one in sets):
+        interval = interval_of(bootstrap_fmr(sets, calibration.knots[-1][0], bootstrap, seed))
     return {
         "matcher": provenance.matcher,
         "databases": len(sets),
         "fingers": provenance.fingers,
         "impostors": provenance.impostors,
-        "largest_measured_score": calibration.largest_measured_score,
-        "smallest_measured_fmr": score_to_fmr(calibration.largest_measured_score),
+        "largest_measured_score": largest,
+        "smallest_measured_fmr": score_to_fmr(largest),
         "smallest_measured_fmr_interval": interval_json(interval),
         "highest_impostor_score": calibration.score(float(similarity.max())),
-        "package_calibration": reached,
     }
 
 
@@ -319,13 +293,4 @@ def calibration_text(report: dict[str, Any]) -> str:
         ]
     highest = report["highest_impostor_score"]
     rows.append(("Highest", f"the highest of these comparisons scores {highest:.1f}"))
-    for one in report["package_calibration"]:
-        reached = f"{odds(one['fmr'])} reach" if one["fmr"] > 0 else "none reaches"
-        meant = f"{odds(score_to_fmr(one['score']))} is meant"
-        at = f"{one['score']:g} on the package's calibration"
-        rows.append(("As supplied", f"{reached} {at}; {meant}"))
     return "\n".join(f"  {label:<12}{text}" for label, text in rows)
-
-
-def _similarities(sets: Sequence[ImpostorSet]) -> NDArray[np.float64]:
-    return np.concatenate([one.trials.similarity for one in sets])

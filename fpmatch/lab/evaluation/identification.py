@@ -18,9 +18,9 @@ Recognition Vendor Test, part 2: Identification", NISTIR 8271, for FNIR(N, R, T)
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -28,26 +28,23 @@ import numpy as np
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import DatasetError, OutputError
-from fpmatch.gallery.listing.csv_rows import csv_rows
+from fpmatch.gallery.listing.csv_rows import csv_rows, row_error
 from fpmatch.gallery.listing.entry import NamePattern
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.lab.evaluation.rates.bootstrap import (
-    DEFAULT_BOOTSTRAP,
-    RankedScores,
-    draw_fingers,
-)
-from fpmatch.lab.evaluation.rates.error_rates import fnmr_at_fmr, threshold_at_fmr
-from fpmatch.lab.evaluation.rates.intervals import (
     CONFIDENCE,
+    DEFAULT_BOOTSTRAP,
     MIN_FINGERS,
+    RankedScores,
     bound_json,
-    exact_interval,
+    draw_fingers,
     interval_json,
     interval_of,
-    wider,
+    with_limit,
 )
-from fpmatch.lab.evaluation.rates.scores_set import Trials
+from fpmatch.lab.evaluation.rates.error_rates import fnmr_at_fmr, threshold_at_fmr
+from fpmatch.lab.evaluation.rates.scores import Trials
 from fpmatch.lab.evaluation.report.figures import new_axes, series_look
 from fpmatch.lab.evaluation.report.text import bounds_note, limits, percent
 from fpmatch.lab.plots.style import PLOT_DPI, check_plot, figure_bytes, plain_style
@@ -55,7 +52,7 @@ from fpmatch.printable import text_table
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     AnyPath = str | os.PathLike[str]
 
@@ -80,7 +77,7 @@ def enrolled_subjects(place: AnyPath, pattern: str | None = None) -> set[str]:
     `pattern` as for `fpmatch.gallery.listing.entry.NamePattern`. Raises an FpmatchError if the
     place cannot be read, and a DatasetError if it names no subject.
     """
-    kind, names = kind_of(place), NamePattern() if pattern is None else NamePattern(pattern)
+    kind = kind_of(place)
     if kind == "gallery":
         from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415  (imports a database)
 
@@ -94,7 +91,8 @@ def enrolled_subjects(place: AnyPath, pattern: str | None = None) -> set[str]:
         column = head.index("subject")
         subjects = {row[column] for _, row in rows if len(row) > column and row[column]}
     else:
-        files = find_prints([place], pattern=None if pattern is None else names)
+        names = NamePattern(*filter(None, [pattern]))
+        files = find_prints([place], pattern=names if pattern else None)
         labels = [file.label or names.label(file.path) for file in files]
         subjects = {label.subject for label in labels if label is not None}
     if not subjects:
@@ -103,73 +101,44 @@ def enrolled_subjects(place: AnyPath, pattern: str | None = None) -> set[str]:
 
 
 def read_candidates(path: AnyPath, enrolled: set[str], pattern: str | None = None) -> list[Search]:
-    """Read the searches of a file of candidates: of ``fpmatch identify -o``, or of any system.
+    """Read the searches of a CSV file of candidates: of ``fpmatch identify -o``, or of any system.
 
-    A CSV file has a first line with the names of its columns: ``probe``, ``subject`` and
-    ``score``, greater for more similar prints, and perhaps ``probe_subject``; others are not read.
-    There is a row for each candidate, and one without a subject for a search that returned none. A
-    file of JSON lines (.jsonl) has an object for each search: ``probe`` and ``candidates``, with
-    the same members. Without ``probe_subject`` the name of the probe contains the subject, as for
-    `enrolled_subjects`. Raises a `DatasetError` if the file cannot be read, or a candidate or a
-    probe has no known subject, with the line.
+    The first line has the names of the columns: ``probe``, ``subject`` and ``score``, greater for
+    more similar prints, and perhaps ``probe_subject``; others are not read. There is a row for each
+    candidate, and one without a subject for a search that returned none. Without ``probe_subject``
+    the name of the probe contains the subject, as for `enrolled_subjects`. Raises a `DatasetError`
+    if the file cannot be read, or a candidate or a probe has no known subject, with the line.
     """
-    names, searches = NamePattern() if pattern is None else NamePattern(pattern), {}
-    rows = _json_rows(path) if Path(path).suffix.lower() == ".jsonl" else _csv_rows(path)
-    for line, probe, of_probe, subject, score in rows:
+    names, refused = NamePattern(*filter(None, [pattern])), partial(row_error, DatasetError, path)
+    searches: dict[str, Search] = {}
+    rows = csv_rows(path, DatasetError)
+    line, head = next(rows, (0, []))
+    if not {"probe", "subject", "score"} <= set(head):
+        raise refused(line, f"not a file of candidates: {_FORM}")
+    for line, row in rows:
+        cells = {"probe_subject": "", **dict(zip(head, [*row, *[""] * len(head)], strict=False))}
+        probe, of_probe, subject = (cells[name] for name in ("probe", "probe_subject", "subject"))
         if probe not in searches:
             label = names.label(Path(probe))
             if not of_probe and label is None:
                 why = f"the subject of probe {probe!r} is not known (--pattern finds it in names)"
-                raise DatasetError(f"line {line}: {why}", path=path)
+                raise refused(line, why)
             searches[probe] = Search(of_probe or (label.subject if label else ""))
         if not subject:
             continue
         if subject not in enrolled:
-            raise DatasetError(f"line {line}: candidate {subject!r} is not enrolled", path=path)
+            raise refused(line, f"candidate {subject!r} is not enrolled")
         try:
-            value = float(score)
-        except (TypeError, ValueError):
+            value = float(cells["score"])
+        except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise DatasetError(f"line {line}: score {score!r} is no finite number", path=path)
+            raise refused(line, f"score {cells['score']!r} is no finite number")
         candidates = searches[probe].candidates
         candidates[subject] = max(value, candidates.get(subject, value))
     if not searches:
         raise DatasetError("holds no search", path=path)
     return list(searches.values())
-
-
-def _csv_rows(path: AnyPath) -> Iterator[tuple[int, str, str, str, Any]]:
-    """Yield line, probe, its subject, the candidate's, and score of each row."""
-    rows = csv_rows(path, DatasetError)
-    line, head = next(rows, (0, []))
-    if not {"probe", "subject", "score"} <= set(head):
-        raise DatasetError(f"line {line}: not a file of candidates: {_FORM}", path=path)
-    places = [
-        head.index(name) if name in head else len(head)
-        for name in ("probe", "probe_subject", "subject", "score")
-    ]
-    for line, row in rows:
-        cells = [*row, *[""] * (len(head) + 1 - len(row))]
-        probe, of_probe, subject, score = (cells[k] for k in places)
-        yield line, probe, of_probe, subject, score
-
-
-def _json_rows(path: AnyPath) -> Iterator[tuple[int, str, str, str, Any]]:
-    """Yield what `_csv_rows` yields; one row without a candidate for each search, too."""
-    try:
-        lines = Path(path).read_text(encoding="utf-8").splitlines()
-        for line, text in enumerate(lines, 1):
-            document = json.loads(text)
-            search = line, str(document["probe"]), str(document.get("probe_subject") or "")
-            yield (*search, "", None)
-            for one in document["candidates"]:
-                yield (*search, str(one["subject"]), one["score"])
-    except (OSError, ValueError, RecursionError) as error:
-        raise DatasetError("cannot be read as JSON lines", path=path) from error
-    except (KeyError, TypeError, AttributeError) as error:
-        why = "a search has 'probe' and 'candidates', and these 'subject' and 'score'"
-        raise DatasetError(f"line {line}: {why}", path=path) from error
 
 
 def identification_rates(
@@ -205,7 +174,14 @@ def identification_rates(
     nothing = min(every, default=0.0) - 1.0  # below all scores: of what is not listed
     mates = np.array([one.candidates.get(one.subject, nothing) for one in mated])
     highest = np.array([max(one.candidates.values(), default=nothing) for one in others])
-    ranks = np.array([_rank(one) for one in mated])
+    ranks = np.array(
+        [
+            sum(score >= one.candidates[one.subject] for score in one.candidates.values())
+            if one.subject in one.candidates
+            else math.inf
+            for one in mated
+        ]
+    )
     numbers = {one: k for k, one in enumerate(dict.fromkeys(each.subject for each in searches))}
     weights = None
     if bootstrap and len(numbers) >= MIN_FINGERS:
@@ -216,8 +192,8 @@ def identification_rates(
     def point(at: Any, fnir: float | None, draws: Any, threshold: float | None) -> dict[str, Any]:
         interval = None
         if fnir is not None and bootstrap:
-            exact = exact_interval(fnir, units, "subject") if fnir in {0.0, 1.0} else None
-            interval = wider(None if draws is None else interval_of(draws), exact)
+            drawn = None if draws is None else interval_of(draws)
+            interval = with_limit(drawn, fnir, units, "subject")
         limits = {"interval": interval_json(interval), "bound": bound_json(interval)}
         return {**at, "fnir": fnir, "threshold": threshold, **limits}
 
@@ -234,7 +210,8 @@ def identification_rates(
     if weights is not None and others:
         is_mated = np.arange(len(searches)) < len(mated)
         trials = Trials.without_fingers(np.concatenate([mates, highest]), is_mated)
-        columns = list(RankedScores.of([trials]).rates(weights, wanted)[:, 1:].T)
+        ranked = RankedScores([trials])
+        columns = list(np.array([ranked.rates(drawn, wanted)[1:] for drawn in weights]).T)
     at_fpir = []
     for fpir, draws in zip(wanted, columns, strict=True):
         fnir = fnmr_at_fmr(mates, highest, fpir)
@@ -251,14 +228,6 @@ def identification_rates(
         "fnir_at_fpir": at_fpir[:asked],
         "det": at_fpir[asked:],
     }
-
-
-def _rank(search: Search) -> float:
-    """Return the rank of the mate among the candidates, infinite where it is not one."""
-    mate = search.candidates.get(search.subject)
-    if mate is None:
-        return math.inf
-    return sum(score >= mate for score in search.candidates.values())
 
 
 def evaluate_candidates(

@@ -1,4 +1,4 @@
-"""Evaluation of matchers on databases: plan the pairs of a protocol, score them, compute rates."""
+"""Evaluation: plan the pairs of a protocol, score them, and compute the rates of any scores."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ import json
 import os
 import shutil
 import tempfile
+from collections import Counter
 from contextlib import nullcontext
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -16,14 +17,17 @@ from fpmatch._version import __version__
 from fpmatch.base.folders import make_folder
 from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.batch.run import COMPARE
-from fpmatch.gallery.batch.score import score
+from fpmatch.gallery.batch.score import COMPARE, score
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.lab.evaluation.databases.dataset import Dataset, load_dataset
+from fpmatch.lab.evaluation.databases.dataset import Dataset, choose_pairs, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
-from fpmatch.lab.evaluation.databases.protocol import PairPlan, choose_pairs
-from fpmatch.lab.evaluation.rates.scores import read_scores
+from fpmatch.lab.evaluation.rates.bootstrap import CHANCE
+from fpmatch.lab.evaluation.rates.scores import (
+    finger_in_name,
+    read_genuine_and_impostor,
+    read_scores,
+)
 from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
@@ -32,10 +36,13 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import NamePattern
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extractor
+    from fpmatch.lab.evaluation.databases.dataset import Pairs
+    from fpmatch.lab.evaluation.databases.extraction import Extractor
+    from fpmatch.lab.evaluation.rates.scores import ScoresSet
     from fpmatch.matching.result import Matcher
 
-    AnyDataset = Dataset | str | os.PathLike[str]
+    AnyPath = str | os.PathLike[str]
+    AnyDataset = Dataset | AnyPath
 
 PARTS: Final = ".parts"
 
@@ -65,7 +72,8 @@ def evaluate(
     workers : int, optional
         Processes to use (default: one a core). The results are the same for any number.
     progress : callable
-        Called as ``progress(stage, done, total)`` for the stages "extract" and "compare".
+        Called as ``progress(stage, done, total)`` for the stages "extract" and "compare" of each
+        database.
     extractor : callable
         Makes a template from a path and a resolution (None: the file's own), alone or in a
         `fpmatch.gallery.listing.prints.ExtractedPrint`; a function at the top of a module, or with
@@ -91,8 +99,6 @@ def evaluate(
     >>> report = evaluate(["fvc2002/DB1_B", "fvc2002/DB2_B"])  # doctest: +SKIP
     >>> report.pooled.eer  # doctest: +SKIP
     0.0123
-    >>> evaluate(["manifest.csv"]).genuine  # doctest: +SKIP
-    240
     >>> evaluate(["scans"], pattern=r"(?P<subject>\w+)-\d").genuine  # doctest: +SKIP
     240
     """
@@ -114,7 +120,6 @@ def evaluate_matchers(
     *,
     protocol: str = "extended",
     workers: int | None = None,
-    engine: Engine | None = None,
     progress: Progress = no_progress,
     reading: Reading = Reading(),  # noqa: B008
     scores: str | os.PathLike[str] | None = None,
@@ -122,40 +127,14 @@ def evaluate_matchers(
     """Evaluate some matchers on the same templates, extracted once.
 
     `datasets`, `protocol`, `workers`, `progress`: as for `evaluate`. `matchers`: the matchers, or
-    their names. `engine`: an engine to work on instead of `workers` processes; it is released at
-    the end. `reading`: how the images are read. `scores`: a CSV file for all comparisons, a
+    their names. `reading`: how the images are read. `scores`: a CSV file for all comparisons, a
     database after the other, in the form of `fpmatch score`; the state of an interrupted run is
     kept beside it, and the same call resumes the run. Raises an `FpmatchError` as `evaluate`; an
     `OutputError` if the file cannot be written.
     """
     sources = [DatasetSource(one, reading) for one in load_datasets(datasets, protocol)]
-    return _evaluate(sources, matchers, protocol, engine or processes(workers), progress, scores)
-
-
-def evaluate_templates(
-    sets: Sequence[ExtractedSet],
-    *,
-    matcher: str | Matcher = DEFAULT_MATCHER,
-    protocol: str = "extended",
-    workers: int | None = None,
-) -> RatesReport:
-    """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`."""
-    sources = [DatasetSource.of(one) for one in sets]
-    (report,) = _evaluate(sources, [matcher], protocol, processes(workers), no_progress, None)
-    return report
-
-
-def _evaluate(
-    sources: Sequence[DatasetSource],
-    matchers: Sequence[str | Matcher],
-    protocol: str,
-    engine: Engine,
-    progress: Progress,
-    scores: str | os.PathLike[str] | None,
-) -> list[RatesReport]:
     chosen = [get_matcher(one) if isinstance(one, str) else one for one in matchers]
-    plans = [PairPlan(choose_pairs(one.dataset.impressions, protocol)) for one in sources]
-    progress = _over_all(progress, sources, plans, len(chosen))
+    plans = [choose_pairs(one.dataset.impressions, protocol) for one in sources]
     if scores is None:
         kept: Any = tempfile.TemporaryDirectory(prefix="fpmatch-")
     else:
@@ -163,12 +142,14 @@ def _evaluate(
         kept = nullcontext(f"{os.fspath(scores)}{PARTS}")
         make_folder(kept.enter_result)
     reports, files = [], []
-    with kept as folder, engine as place:
+    with kept as folder, processes(workers) as engine:
         for matcher in chosen:
             rows = []
             for source, plan in zip(sources, plans, strict=True):
-                file, about = _scored(Path(folder), source, plan, matcher, place, progress)
-                (read,) = read_scores(file, finger_of=partial(_finger_of, source))
+                how: dict[str, Any] = {"engine": engine, "lasting": scores is not None}
+                file, about = _scored(Path(folder), source, plan, matcher, progress, **how)
+                fingers = dict(zip(source.names, source.fingers, strict=True))
+                (read,) = read_scores(file, finger_of=fingers.get)
                 rows.append(SetRates.of(read, about, source))
                 files.append(file)
             reports.append(RatesReport.of(rows, protocol))
@@ -178,17 +159,15 @@ def _evaluate(
     return reports
 
 
-def _finger_of(source: DatasetSource, _: str, name: str) -> str | None:
-    return source.fingers[source.names.index(name)] or None
-
-
 def _scored(
     folder: Path,
     source: DatasetSource,
-    plan: PairPlan,
+    plan: Pairs,
     matcher: Matcher,
-    engine: Engine,
     progress: Progress,
+    *,
+    engine: Engine,
+    lasting: bool,
 ) -> tuple[Path, dict[str, Any]]:
     """Score the pairs of a database, unless an interrupted run has done so.
 
@@ -199,9 +178,13 @@ def _scored(
     file, beside = folder / f"{name}.csv", folder / f"{name}.json"
     if file.exists() and beside.exists():
         return file, json.loads(beside.read_text(encoding="utf-8"))
+
+    def show(stage: str, done: int, total: int) -> None:
+        progress(COMPARE if stage == COMPARE else "extract", done, total)
+
     place = cast("Engine", nullcontext(engine))
-    how: dict[str, Any] = {"matcher": matcher, "engine": place, "progress": progress}
-    done = score(source, source, file, pairs=plan, **how)
+    how: dict[str, Any] = {"engine": place, "progress": show, "lasting": lasting}
+    done = score(source, source, file, pairs=plan, matcher=matcher, **how)
     about = {
         "failures": {one.name: one.reason for one in done.failures},
         "dpi_assumed": list(done.dpi_assumed),
@@ -222,25 +205,6 @@ def _join(files: Sequence[Path], target: str | os.PathLike[str]) -> None:
                 if not k:
                     stream.write(head)
                 shutil.copyfileobj(part, stream)
-
-
-def _over_all(
-    progress: Progress, sources: Sequence[DatasetSource], plans: Sequence[PairPlan], times: int
-) -> Progress:
-    """Return what `score` calls with the progress of one database and stage after the other."""
-    totals = {
-        "extract": sum(len(one.names) for one in sources),
-        COMPARE: times * sum(map(len, plans)),
-    }
-    before = dict.fromkeys(totals, 0)
-
-    def show(stage: str, done: int, total: int) -> None:
-        stage = COMPARE if stage == COMPARE else "extract"
-        progress(stage, min(before[stage] + done, totals[stage]), totals[stage])
-        if done == total:
-            before[stage] += total
-
-    return show
 
 
 def load_datasets(
@@ -265,11 +229,83 @@ def load_datasets(
     for dataset in loaded:
         if not len(choose_pairs(dataset.impressions, protocol)):
             raise DatasetError(f"{dataset.name}: has no two prints that the protocol compares")
-        first = dataset.impressions[0].path.resolve()
-        key, name = first, dataset.place or first.parent
-        if dataset.place and not Path(dataset.place).is_dir():
-            key = Path(dataset.place).resolve()
-        if key in seen:
-            raise DatasetError(f"{name}: database given twice")
-        seen.add(key)
+        place = Path(dataset.place).resolve()
+        if place in seen:
+            raise DatasetError(f"{dataset.place}: database given twice")
+        seen.add(place)
     return loaded
+
+
+def evaluate_scores(
+    files: Sequence[AnyPath] = (),
+    *,
+    genuine_and_impostor: Sequence[tuple[AnyPath, AnyPath]] = (),
+    distances: bool = False,
+    pattern: str | None = None,
+) -> list[RatesReport]:
+    r"""Compute the error rates of scores in files, one report a matcher.
+
+    `files`: files of scores, see `fpmatch.lab.evaluation.rates.scores`. Without a column
+    ``matcher``, or where files have scores of the same matcher and database, the matcher is named
+    after the file. Without a column ``set`` the database is the only one that other files name, if
+    any. `genuine_and_impostor`: files of genuine, and of impostor scores of a matcher, which is
+    named after the first. `distances`: whether lower scores are more similar. `pattern`: finds the
+    fingers in names of prints, as for `fpmatch.gallery.listing.entry.NamePattern`; by default
+    prints are named FFF_M. Raises a `DatasetError` if there is no file, one cannot be read, or a
+    matcher comes twice; a `GalleryError` if the pattern is none.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.lab.evaluation.run import evaluate_scores
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "mine.csv")
+    ...     _ = file.write_text("probe,reference,score\n1_1,1_2,.9\n1_1,2_1,.2\n1_2,2_1,.1\n")
+    ...     (report,) = evaluate_scores([file])
+    >>> report.matcher, report.genuine, report.impostor, report.pooled.eer
+    ('mine', 1, 2, 0.0)
+    """
+    of_name = finger_in_name(pattern)
+    given: list[tuple[Path, ScoresSet]] = []
+    for file in map(Path, files):
+        read = read_scores(file, name="", distances=distances, finger_of=of_name)
+        given += [(file, one) for one in read]
+    for genuine, impostor in genuine_and_impostor:
+        of_pair = read_genuine_and_impostor(genuine, impostor, distances=distances)
+        given.append((Path(genuine), replace(of_pair, name="")))
+    if not given:
+        raise DatasetError("no file of scores given")
+    named = {one.name for _, one in given if one.name}
+    name = named.pop() if len(named) == 1 else "scores"
+    given = [(file, one if one.name else replace(one, name=name)) for file, one in given]
+    times = Counter((one.matcher, one.name) for _, one in given)
+    by_matcher: dict[str, list[ScoresSet]] = {}
+    for file, one in given:
+        matcher = one.matcher
+        if not matcher or times[matcher, one.name] > 1:
+            matcher = f"{matcher} ({file.stem})" if matcher else file.stem
+        by_matcher.setdefault(matcher, []).append(replace(one, matcher=matcher))
+    for matcher, sets in by_matcher.items():
+        if len({one.name for one in sets}) < len(sets):
+            raise DatasetError(f"two files of scores of the same name: {matcher}")
+    return [RatesReport.of([SetRates.of(one) for one in sets]) for sets in by_matcher.values()]
+
+
+def notes_on(report: RatesReport) -> list[str]:
+    """Return what a user should know of how the scores of a report were understood."""
+    notes = []
+    if failed := sum(int((~one.compared).sum()) for one in report.scores):
+        total = sum(one.compared.size for one in report.scores)
+        notes.append(f"{failed:,} of {total:,} comparisons have no score and count as the lowest")
+    if not all(one.trials.fingers for one in report.scores):
+        notes.append(
+            "its fingers are not known: comparisons are drawn for the 95 % intervals, which are "
+            "too narrow where fingers come in several comparisons; --pattern finds fingers in the "
+            "names of prints"
+        )
+    if report.pooled.eer is not None and report.pooled.eer > CHANCE:
+        notes.append(
+            "genuine scores are mostly lower than impostor scores: distances need --distances"
+        )
+    return notes

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -18,8 +19,9 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.base.folders import remove_unfinished
 from fpmatch.base.output import atomic_write_bytes, reason
 from fpmatch.errors import DatasetError, OutputError
+from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.folder_lock import folder_lock
-from fpmatch.gallery.engine.workers import no_progress, run_chunks
+from fpmatch.gallery.engine.workers import no_progress
 from fpmatch.lab.synthesis.plan import (
     DEFAULT_SENSOR,
     DESCRIPTION_FILE,
@@ -104,12 +106,10 @@ def make_database(
             files = {n: _files(folder, n, plan) for n in numbers}
             missing = [n for n in numbers if not all(path.is_file() for path in files[n])]
             progress(STAGE, fingers - len(missing), fingers)
-            finished = iter(range(fingers - len(missing) + 1, fingers + 1))
-            if missing:
-                run_chunks(
-                    partial(_make_finger, folder), plan, missing, workers=workers,
-                    finished=lambda _: progress(STAGE, next(finished), fingers),
-                )  # fmt: skip
+            engine = processes(workers if len(missing) > 1 else 1)
+            with closing(engine.map(partial(_make_finger, folder), plan, missing)) as made:
+                for done, _ in enumerate(made, fingers - len(missing) + 1):
+                    progress(STAGE, done, fingers)
     except BlockingIOError as error:
         raise DatasetError(f"{folder}: another process is making it") from error
     except OSError as error:

@@ -91,12 +91,6 @@ Exit status: 0 when it was stopped, 2 when it could not start.
     multiple=True,
     help="Another name of this server in requests; may be repeated.",
 )
-@click.option(
-    "--pattern",
-    metavar="REGEX",
-    hidden=True,
-    help="Pattern of file names with subject, finger and impression, as for enrol.",
-)
 @workers_option
 @key_option
 def serve(
@@ -107,7 +101,6 @@ def serve(
     file: Path | None,
     log: Literal["none", "text", "json"],
     allowed_hosts: tuple[str, ...],
-    pattern: str | None,
     workers: int | None,
 ) -> None:
     """Serve a web interface to compare prints, and an HTTP API.
@@ -118,7 +111,6 @@ def serve(
     if missing:
         raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
     from fpmatch.base.threads import available_cores
-    from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern
     from fpmatch.server.server import bind_server
     from fpmatch.server.server import serve as serve_requests
     from fpmatch.server.settings import Settings, load_settings
@@ -126,7 +118,6 @@ def serve(
     settings = replace(
         Settings() if file is None else load_settings(file),
         gallery=gallery,
-        pattern=NamePattern(FVC_PATTERN if pattern is None else pattern).text,
         workers=workers or available_cores(),
     )
     server = bind_server(host, port, settings, token=token, allowed_hosts=allowed_hosts)

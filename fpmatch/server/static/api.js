@@ -22,22 +22,10 @@ export class ApiError extends Error {
   }
 }
 
-const pause = (seconds, signal) =>
-  new Promise((resolve, reject) => {
-    const timer = setTimeout(resolve, seconds * 1000);
-    signal?.addEventListener("abort", () => {
-      clearTimeout(timer);
-      reject(new DOMException("stopped", "AbortError"));
-    });
-  });
-
-async function sentenceOf(answer) {
-  try {
-    return (await answer.json()).error;
-  } catch {
-    return `The server answered with status ${answer.status}.`;
-  }
-}
+const pause = async (seconds, signal) => {
+  await new Promise((resolve) => { setTimeout(resolve, seconds * 1000); });
+  signal?.throwIfAborted();
+};
 
 export async function ask(path, fields = null, signal = undefined) {
   const token = sessionStorage.getItem(KEY);
@@ -60,7 +48,8 @@ export async function ask(path, fields = null, signal = undefined) {
     }
     if (answer.ok) return answer;
     if (answer.status !== 503 || attempt === TRIES) {
-      throw new ApiError(answer.status, await sentenceOf(answer));
+      const { error } = await answer.json().catch(() => ({ error: `The server answered with status ${answer.status}.` }));
+      throw new ApiError(answer.status, error);
     }
     await pause(Number(answer.headers.get("Retry-After")) || 2, signal);
   }

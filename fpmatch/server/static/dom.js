@@ -20,6 +20,14 @@ export function svg(tag, attributes = {}, ...children) {
   return filled(document.createElementNS(SVG, tag), attributes, children);
 }
 
+// A button, and a box to tick with its words.
+export const button = (words, onclick, attributes = {}) => el("button", { type: "button", onclick, ...attributes }, words);
+
+export function tick(words, onchange, attributes = {}) {
+  const box = el("input", { type: "checkbox", onchange: () => onchange(box.checked), ...attributes });
+  return el("label", { class: "tick" }, box, words);
+}
+
 export const byId = (id) => document.getElementById(id);
 
 export function say(words) {

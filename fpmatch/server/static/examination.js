@@ -1,6 +1,6 @@
 // What an examiner adds to a comparison: marks on the prints, and notes.
 
-import { el, svg } from "./dom.js";
+import { button, el, svg } from "./dom.js";
 
 const LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
 
@@ -24,19 +24,16 @@ export class Examination {
     );
   }
 
-  get caseNumber() {
-    return this.number.value;
-  }
-
-  get notes() {
-    return this.text.value;
+  // The fields of a case report.
+  get fields() {
+    return { case_number: this.number.value, notes: this.text.value, marks: JSON.stringify(this.marks) };
   }
 
   add(side, { x, y }) {
     this.marks.push({ side, x: Math.round(x), y: Math.round(y), note: "" });
     this.element.open = true;
     this.#show();
-    if (!document.fullscreenElement) this.list.lastElementChild.querySelector("input").focus({ preventScroll: true });
+    this.list.lastElementChild.querySelector("input").focus({ preventScroll: true });
   }
 
   #show() {
@@ -45,15 +42,14 @@ export class Examination {
   }
 
   #row(mark, name) {
-    const note = el("input", { value: mark.note, "aria-label": `Note on mark ${name}`, placeholder: `${mark.side} ${mark.x}, ${mark.y}` });
-    note.addEventListener("input", () => {
-      mark.note = note.value;
+    const note = el("input", {
+      value: mark.note, "aria-label": `Note on mark ${name}`, placeholder: `${mark.side} ${mark.x}, ${mark.y}`,
+      oninput: () => { mark.note = note.value; },
     });
-    const remove = el("button", { type: "button", "aria-label": `Remove mark ${name}` }, "✕");
-    remove.addEventListener("click", () => {
+    const remove = button("✕", () => {
       this.marks.splice(this.marks.indexOf(mark), 1);
       this.#show();
-    });
+    }, { "aria-label": `Remove mark ${name}` });
     return el("li", {}, el("b", {}, name), note, remove);
   }
 

@@ -1,8 +1,8 @@
 // The gallery: who may it be, and enrol more.
 
 import { ask } from "./api.js";
-import { byId, complain, el, say } from "./dom.js";
-import { comparisonBy, showResult } from "./result.js";
+import { button, byId, complain, el, say } from "./dom.js";
+import { showResult } from "./result.js";
 import { count, odds } from "./words.js";
 
 export async function describeGallery() {
@@ -37,8 +37,7 @@ export async function identify(slot, signal) {
       const shown = await (await ask(`${path}/compare`, probe, signal)).json();
       if (chosen.getAttribute("aria-pressed") !== "true") return; // another was chosen meanwhile
       slot.tell(shown.probe);
-      showResult(shown, comparisonBy(probe, path, async (threshold) =>
-        (await (await ask(`${path}/compare`, { ...probe, threshold })).json()).result));
+      showResult(shown, probe, path);
     } catch (error) {
       if (error.name !== "AbortError") complain(error.message);
     }
@@ -49,17 +48,12 @@ export async function identify(slot, signal) {
 function card(candidate, open) {
   const rate = `${odds(candidate.fmr)}${candidate.extrapolated ? " (extrapolated)" : ""}`;
   const { expected_false_matches: chance, impressions, impression_score: alone } = candidate;
-  const words = el(
-    "span",
-    { class: "candidate-words" },
+  const words = el("span", { class: "candidate-words" },
     el("strong", {}, `${candidate.rank}. ${called(candidate)}`),
     el("span", {}, `finger: score ${candidate.score.toFixed(1)}, FMR ${rate}`),
     el("span", {}, `${impressions === 1 ? "its only impression" : `best of ${impressions} impressions`}: score ${alone.toFixed(1)}`),
-    el("span", {}, `${chance < 0.001 ? "hardly any" : Number(chance.toPrecision(2))} expected by chance`),
-  );
-  const button = el("button", { type: "button", class: candidate.score >= 40 ? "match" : "", "aria-pressed": "false" }, words);
-  button.addEventListener("click", open);
-  return button;
+    el("span", {}, `${chance < 0.001 ? "hardly any" : Number(chance.toPrecision(2))} expected by chance`));
+  return button(words, open, { class: candidate.score >= 40 ? "match" : "", "aria-pressed": "false" });
 }
 
 export async function enrol(slot, signal) {
@@ -69,7 +63,6 @@ export async function enrol(slot, signal) {
   const part = (id) => byId(id).value.trim();
   list.replaceChildren();
   byId("enrol-run").hidden = false;
-  byId("enrol-stop").hidden = false;
   byId("enrol-start").disabled = true;
   bar.max = files.length;
   bar.value = 0;
@@ -104,7 +97,6 @@ export async function enrol(slot, signal) {
     if (error.name !== "AbortError") throw error;
     say(`Stopped. ${words()}.`);
   } finally {
-    byId("enrol-stop").hidden = true;
     byId("enrol-start").disabled = false;
     await describeGallery();
   }

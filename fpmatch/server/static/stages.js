@@ -9,12 +9,12 @@ export async function lookThrough(slot) {
   say(`Extracting ${slot.file.name} stage by stage …`);
   complain("");
   try {
-    const answer = await ask("stages", { image: slot.file, dpi: slot.dpi.value });
-    const found = await answer.json();
-    stages = found.stages;
-    byId("stages-title").textContent = `Stages of ${found.name}`;
+    const shown = await (await ask("stages", { image: slot.file, dpi: slot.dpi.value })).json();
+    stages = shown.stages;
+    byId("stages-title").textContent = `Stages of ${shown.name}`;
     byId("stage-slider").max = stages.length - 1;
-    show(stages.length - 1);
+    byId("stage-slider").value = stages.length - 1;
+    show();
     byId("stages").showModal();
     byId("stage-slider").focus();
   } catch (error) {
@@ -24,19 +24,13 @@ export async function lookThrough(slot) {
   }
 }
 
-function show(index) {
-  const k = Math.min(Math.max(index, 0), stages.length - 1);
+function show() {
+  const k = Number(byId("stage-slider").value);
   const { name, words, range, picture } = stages[k];
-  byId("stage-slider").value = k;
   byId("stage-slider").setAttribute("aria-valuetext", name);
   byId("stage-picture").src = picture;
   byId("stage-picture").alt = `${name}: ${words}`;
   byId("stage-words").textContent = `${k + 1} of ${stages.length}: ${name} (${range}). ${words}`;
-  byId("stage-back").disabled = k === 0;
-  byId("stage-on").disabled = k === stages.length - 1;
 }
 
-const at = () => Number(byId("stage-slider").value);
-byId("stage-slider").addEventListener("input", () => show(at()));
-byId("stage-back").addEventListener("click", () => show(at() - 1));
-byId("stage-on").addEventListener("click", () => show(at() + 1));
+byId("stage-slider").addEventListener("input", show);

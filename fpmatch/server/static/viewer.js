@@ -18,19 +18,18 @@ function turned({ x, y }, degrees, about) {
 export class Viewer {
   constructor(label) {
     this.layers = svg("g");
-    this.svg = svg("svg", { class: "viewer", tabindex: "0", role: "group", "aria-label": label }, this.layers);
+    const lifted = (event) => this.pointers.delete(event.pointerId);
+    this.svg = svg("svg", {
+      class: "viewer", tabindex: "0", role: "group", "aria-label": label,
+      onpointerdown: (event) => this.#down(event), onpointermove: (event) => this.#move(event),
+      onpointerup: lifted, onpointercancel: lifted,
+      onclick: (event) => this.#click(event), onkeydown: (event) => this.#key(event),
+    }, this.layers);
+    this.svg.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
     this.pointers = new Map();
     this.degrees = 0;
     this.onview = () => {};
     this.onpoint = null; // called with a place of the print that is clicked
-    this.svg.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
-    this.svg.addEventListener("pointerdown", (event) => this.#down(event));
-    this.svg.addEventListener("pointermove", (event) => this.#move(event));
-    for (const end of ["pointerup", "pointercancel"]) {
-      this.svg.addEventListener(end, (event) => this.pointers.delete(event.pointerId));
-    }
-    this.svg.addEventListener("click", (event) => this.#click(event));
-    this.svg.addEventListener("keydown", (event) => this.#key(event));
     new ResizeObserver(() => (this.whole ? this.fit() : this.#apply())).observe(this.svg);
   }
 
@@ -42,12 +41,12 @@ export class Viewer {
   }
 
   fit() {
-    const { width, height, x, y } = this.#extent();
+    const { width, height } = this.#extent();
     const box = this.#box();
     this.whole = true;
     this.fitting = Math.max(width / box.width, height / box.height);
     this.unit = this.fitting;
-    this.centre = this.#unturned({ x: x + width / 2, y: y + height / 2 });
+    this.centre = this.#middle();
     this.#changed();
   }
 
@@ -83,10 +82,6 @@ export class Viewer {
     this.svg.classList.toggle("zoomed", !whole);
   }
 
-  get zoomed() {
-    return this.svg.classList.contains("zoomed");
-  }
-
   #box() {
     const { width, height } = this.svg.getBoundingClientRect();
     return { width: width || 1, height: height || 1 };
@@ -105,23 +100,20 @@ export class Viewer {
     return turned(point, -this.degrees, this.#middle());
   }
 
-  // What the rotated bounds take up.
+  // What the rotated bounds take up, about the same middle.
   #extent() {
-    const { x, y, width, height } = this.bounds;
-    const corners = [[x, y], [x + width, y], [x, y + height], [x + width, y + height]]
-      .map(([left, top]) => this.#turned({ x: left, y: top }));
-    const [xs, ys] = [corners.map((one) => one.x), corners.map((one) => one.y)];
-    const [left, top] = [Math.min(...xs), Math.min(...ys)];
-    return { x: left, y: top, width: Math.max(...xs) - left, height: Math.max(...ys) - top };
+    const { x, y } = this.#middle();
+    const [a, b] = [this.bounds.width, this.bounds.height];
+    const [c, s] = [Math.cos, Math.sin].map((of) => Math.abs(of((this.degrees * Math.PI) / 180)));
+    const [width, height] = [a * c + b * s, a * s + b * c];
+    return { x: x - width / 2, y: y - height / 2, width, height };
   }
 
   #keepInside() {
     const { x, y, width, height } = this.#extent();
     const { x: cx, y: cy } = this.#turned(this.centre);
-    this.centre = this.#unturned({
-      x: Math.min(Math.max(cx, x), x + width),
-      y: Math.min(Math.max(cy, y), y + height),
-    });
+    const inside = (value, least, size) => Math.min(Math.max(value, least), least + size);
+    this.centre = this.#unturned({ x: inside(cx, x, width), y: inside(cy, y, height) });
     this.#changed();
   }
 
@@ -168,17 +160,14 @@ export class Viewer {
 
   #move(event) {
     const before = this.pointers.get(event.pointerId);
-    if (!before) return;
-    if (event.buttons === 0) {
-      this.pointers.delete(event.pointerId);
-      return;
-    }
+    if (event.buttons === 0) this.pointers.delete(event.pointerId);
+    if (!before || event.buttons === 0) return;
     const others = [...this.pointers.values()].filter((one) => one.pointerId !== event.pointerId);
     if (others.length === 1) {
       const [other] = others;
       const apart = (one) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
       this.zoom(apart(event) / Math.max(apart(before), 1), this.#at(event));
-    } else if (this.zoomed) {
+    } else if (this.svg.classList.contains("zoomed")) {
       this.svg.setPointerCapture(event.pointerId);
       const box = this.#box();
       this.pan((before.clientX - event.clientX) / box.width, (before.clientY - event.clientY) / box.height);
@@ -189,7 +178,6 @@ export class Viewer {
   #key(event) {
     const does = {
       "+": () => this.zoom(STEP),
-      "=": () => this.zoom(STEP),
       "-": () => this.zoom(1 / STEP),
       0: () => this.fit(),
       "[": () => this.turn(-TURN),

@@ -32,3 +32,8 @@ export function minutia([x, y, angle, kind, quality]) {
 }
 
 export const place = ([x, y, , kind]) => `${KINDS[kind]} ${Math.round(x)}, ${Math.round(y)}`;
+
+export const pairOf = ({ pairs, probe, reference }, k) =>
+  `Pair ${k + 1}: probe ${minutia(probe.minutiae[pairs[k][0]])}; reference ${minutia(reference.minutiae[pairs[k][1]])}`;
+
+export const sentence = (words) => `${words[0].toUpperCase()}${words.slice(1)}.`;

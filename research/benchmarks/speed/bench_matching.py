@@ -6,13 +6,11 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pytest
 from in_turn import OURS, cpu, in_turn
-from made_prints import prints, repeated, without_prefilter
+from made_prints import prints, without_prefilter
 
-from fpmatch.gallery.index.descriptors import StoredDescriptors
-from fpmatch.gallery.index.prints.compare import similarities
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.compare import PreparedPrints, similarities
+from fpmatch.gallery.index.segment import Segment
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.verify import verify
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
@@ -69,7 +67,7 @@ def test_comparison_with_many(
     triangulations: Callable[[], object],
 ) -> None:
     """Compare a print with a thousand, packed, of which five are of its finger's ten."""
-    many = PreparedPrints.concatenate([PreparedPrints.pack(prepared)] * 20)
+    many = PreparedPrints(prepared * 20)
     work = (lambda: similarities(MATCHER, prepared[0], many)) if side == OURS else triangulations
     benchmark.extra_info["calls"] = len(many) if side == OURS else 50
     benchmark.pedantic(work, rounds=5, warmup_rounds=1)
@@ -108,29 +106,20 @@ def test_verification(benchmark: Any, side: str, templates: dict[str, Template])
     benchmark.pedantic(work, rounds=3, warmup_rounds=1)
 
 
-@pytest.fixture(scope="module")
-def many() -> PreparedPrints:
-    """Return prints of 40 minutiae, five of each finger."""
-    return repeated(PreparedPrints.pack(prints(np.random.default_rng(42), COMPARED)), PRINTS)
-
-
 @cpu("scoring of bit descriptors")
 @in_turn(3)
-def test_descriptors(benchmark: Any, side: str, many: PreparedPrints) -> None:
-    """Score all prints by bit descriptors; the yardstick aligns them."""
-    probe = many[0]
-
-    stored, which = (
-        StoredDescriptors.pack([many[k] for k in range(len(many))]),
-        np.arange(len(many)),
-    )
+def test_descriptors(benchmark: Any, side: str) -> None:
+    """Score prints by bit descriptors, a thousand again and again; the yardstick aligns them."""
+    few = prints(np.random.default_rng(42), COMPARED)
+    segment, many = Segment.build(range(COMPARED), range(COMPARED), few), PreparedPrints(few)
+    which = np.tile(np.arange(COMPARED), PRINTS // COMPARED)
 
     def ours() -> NDArray[np.int32]:
-        return stored.scores(probe, which)
+        return segment.scores(few[0], which)
 
     def yardstick() -> NDArray[np.float64]:
         with without_prefilter():
-            return similarities(MATCHER, probe, many, 0, COMPARED)
+            return similarities(MATCHER, few[0], many)
 
     benchmark.extra_info["calls"] = PRINTS if side == OURS else COMPARED
     benchmark.pedantic(ours if side == OURS else yardstick, rounds=3, warmup_rounds=1)

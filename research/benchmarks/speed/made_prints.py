@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
@@ -83,8 +82,3 @@ def prints(rng: np.random.Generator, count: int) -> list[PreparedTemplate]:
             minutiae = Minutiae(*xy.T, turned, quality=quality)
             made.append(MATCHER.prepare(Template(minutiae, WIDTH, HEIGHT, field=field)))
     return made[:count]
-
-
-def repeated(few: PreparedPrints, count: int) -> PreparedPrints:
-    """Return so many prints, those of `few` again and again."""
-    return PreparedPrints.concatenate([few] * (count // len(few)))

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.gallery.batch.pair_list import iterate_pairs
+from fpmatch.gallery.batch.plan import iterate_pairs
 from fpmatch.gallery.encryption.keys import Key, load_keys
 from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
-from fpmatch.lab.evaluation.report.results import evaluate_scores
+from fpmatch.lab.evaluation.run import evaluate_scores
 from fpmatch.lab.points.points_csv import load_points
 from fpmatch.lab.synthesis.plan import Plan, sensors_named
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration

@@ -25,7 +25,7 @@ from fpmatch.gallery.search import entries as entries_module
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
-from fpmatch.gallery.store.audit import events_of, turn_on
+from fpmatch.gallery.store.audit import events_of, switch
 
 OPTIONS = {
     "usual": SearchOptions(listed="subjects", count=3),
@@ -208,7 +208,7 @@ def test_a_damaged_entry_is_no_candidate(gallery, probes, tmp_path):
 def test_an_audit_states_what_was_searched_for_or_the_run_stops(
     gallery, probes, tmp_path, monkeypatch
 ):
-    turn_on(gallery)
+    switch(gallery, on=True)
     run(gallery, probes, tmp_path / "c.csv")
     searched = [event for _, _, event in events_of(gallery) if event["action"] == "identify"]
     content = hashlib.sha256((probes / "0.json").read_bytes()).hexdigest()

@@ -1,13 +1,13 @@
-"""`fpmatch.gallery.batch.run`: one probe with many at once, or pair by pair: the same."""
+"""`fpmatch.gallery.batch.compare`: one probe with many at once, or pair by pair: the same."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from fpmatch.gallery.batch import comparer as comparer_module
+from fpmatch.gallery.batch import compare
+from fpmatch.gallery.batch.compare import ComparisonTask, PairComparer, Print
 from fpmatch.gallery.batch.plan import AllPairs, PairChunk
-from fpmatch.gallery.batch.run import BytesComparer, ComparisonTask, compare_pairs
-from fpmatch.gallery.batch.sources import pack
+from fpmatch.gallery.batch.sources import StoredTemplate, pack
 from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.result import Matcher
 
@@ -30,40 +30,51 @@ class OneByOne(Matcher):
         return get_matcher("unit-circle").typical_similarities(probe, references)
 
 
-def packed(template, rng, count):
-    """Return disturbed templates, in bytes; the one of number 1 is missing."""
-    found = {}
+def prints(template, rng, count):
+    """Return disturbed prints; the one of number 1 has no template."""
+    made = {}
     for number in range(count):
         m = template.minutiae.take(np.sort(rng.permutation(len(template.minutiae))[:20]))
-        found[number] = pack(replace(template, minutiae=m))
-    return {number: data for number, data in found.items() if number != 1}
+        data = None if number == 1 else pack(replace(template, minutiae=m))
+        made[number] = Print(str(number), "", None, StoredTemplate(data))
+    return made
 
 
-def test_many_at_once_are_as_one_by_one(template, rng):
-    probes, references = packed(template, rng, 3), packed(template, rng, 5)
+def test_many_at_once_are_as_one_by_one(template, rng, monkeypatch):
+    counts, together = [], compare.similarities
+    monkeypatch.setattr(
+        compare,
+        "similarities",
+        lambda *given: counts.append(given[4] - given[3]) or together(*given),
+    )
+    probes, references = prints(template, rng, 3), prints(template, rng, 5)
     (chunk,) = AllPairs(3, 5).chunks()
     task = ComparisonTask(chunk, probes, references)
-    found = compare_pairs(BytesComparer(get_matcher("unit-circle"), capacity=2), task)
-    assert found.tobytes() == compare_pairs(BytesComparer(OneByOne()), task).tobytes()
+    found = PairComparer(get_matcher("unit-circle"), capacity=2).similarities(task)
+    assert counts == [4, 4]
+    assert found.tobytes() == PairComparer(OneByOne()).similarities(task).tobytes()
     missing = (chunk.probe == 1) | (chunk.reference == 1)
     assert np.isnan(found).tolist() == [missing.tolist()] * 2
 
     order = rng.permutation(len(chunk))
     listed = PairChunk(chunk.probe[order], chunk.reference[order])
-    shuffled = compare_pairs(BytesComparer(get_matcher("unit-circle")), replace(task, pairs=listed))
+    shuffled = PairComparer(get_matcher("unit-circle")).similarities(replace(task, pairs=listed))
     assert shuffled.tobytes() == found[:, order].tobytes()
 
 
-def test_a_band_of_references_is_packed_once(template, rng, monkeypatch):
-    comparer = BytesComparer(get_matcher("unit-circle"))
-    bands = []
+def test_each_print_with_all_after_it_is_packed_once(template, rng, monkeypatch):
+    packed, prepared_prints = [], compare.PreparedPrints
     monkeypatch.setattr(
-        comparer_module.PreparedPrints,
-        "pack",
-        lambda prints: bands.append(list(prints)) or bands[-1],
+        compare, "PreparedPrints", lambda some: packed.append(1) or prepared_prints(some)
     )
-    monkeypatch.setattr(comparer_module, "similarities", lambda *given: len(given[-1]))
-    one, *others = packed(template, rng, 5).values()
-    assert [comparer.similarities(one, others) for _ in range(2)] == [3, 3]
-    assert comparer.similarities(one, others[1:]) == 2
-    assert [len(band) for band in bands] == [3, 2]
+    ours = prints(template, rng, 9)
+    i, j = (side.astype(np.int32) for side in np.triu_indices(9, k=1))
+    comparer = PairComparer(get_matcher("unit-circle"))
+    found = [
+        comparer.similarities(ComparisonTask(PairChunk(i[k:], j[k:]), ours, ours)) for k in (0, 8)
+    ]
+    assert len(packed) == 1
+    task = ComparisonTask(PairChunk(i, j), ours, ours)
+    expected = PairComparer(OneByOne()).similarities(task)
+    assert found[0].tobytes() == expected.tobytes()
+    assert found[1].tobytes() == expected[:, 8:].tobytes()

@@ -10,27 +10,27 @@ from fpmatch.gallery.batch.sources import StoredTemplate
 from fpmatch.gallery.batch.unfinished import Unfinished
 
 DATA = bytes(range(200))
+ITEMS = {1: StoredTemplate(DATA), 2: StoredTemplate(None, "no print", notes=("a note",), quality=3)}
 
 pytestmark = pytest.mark.usefixtures("source")
 
 
 def begun(tmp_path):
     with Unfinished(tmp_path / "out.csv", {"what": "a run"}) as store:
-        items = [(1, StoredTemplate(DATA)), (2, StoredTemplate(None, "no print"))]
-        assert list(store.add_items("probes", items)) == [1, 2]
-        assert store.templates("probes", [1, 2]) == {1: DATA}
+        store.collect("probes", [1, 2], lambda some: (ITEMS[k] for k in some), lambda *_: None)
+        assert store.prints("probes", [1, 2]) == ITEMS
     return tmp_path / "out.csv.unfinished" / "state.db"
 
 
 def resumed(tmp_path):
     with Unfinished(tmp_path / "out.csv", {"what": "a run"}) as store:
-        return store.templates("probes", [1, 2])
+        return store.prints("probes", [1, 2])
 
 
 def test_nothing_is_readable_and_the_run_resumes(tmp_path):
     state = begun(tmp_path)
     assert DATA[:16] not in state.read_bytes()
-    assert resumed(tmp_path) == {1: DATA}
+    assert resumed(tmp_path) == ITEMS
 
 
 def test_without_the_key_it_does_not_resume(tmp_path, monkeypatch):
@@ -43,7 +43,7 @@ def test_without_the_key_it_does_not_resume(tmp_path, monkeypatch):
 def test_without_a_key_it_is_plain_as_before(tmp_path, monkeypatch):
     monkeypatch.delenv("FPMATCH_KEY")
     assert DATA in begun(tmp_path).read_bytes()
-    assert resumed(tmp_path) == {1: DATA}
+    assert resumed(tmp_path) == ITEMS
 
 
 def test_a_template_of_another_print_is_refused(tmp_path):
@@ -56,4 +56,4 @@ def test_a_template_of_another_print_is_refused(tmp_path):
         Unfinished(tmp_path / "out.csv", {"what": "a run"}) as store,
         pytest.raises(ScoringError, match="damaged"),
     ):
-        store.templates("references", [1])
+        store.prints("references", [1])

@@ -1,17 +1,23 @@
-"""`fpmatch.gallery.batch.plan`: every pair once, in chunks that can be skipped to."""
+"""`fpmatch.gallery.batch.plan`: every pair once, in chunks that can be skipped to, and lists."""
 
-import numpy as np
+from pathlib import Path
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import ScoringError
-from fpmatch.gallery.batch.pair_list import PrintNames
-from fpmatch.gallery.batch.plan import AllPairs, ListedPairs, find_identical_pairs
+from fpmatch.gallery.batch.plan import (
+    AllPairs,
+    ListedPairs,
+    PrintNames,
+    find_identical_pairs,
+    iterate_pairs,
+)
 
 PROBES = ["a.tif", "b.tif", "b.png"]
 REFERENCES = ["x.tif", "y, z.tif"]
-NAMES = PrintNames(PROBES), PrintNames(REFERENCES)
+NAMES = PrintNames(PROBES, Path()), PrintNames(REFERENCES, Path())
 
 
 def pairs_of(chunks):
@@ -31,43 +37,30 @@ def test_every_pair_once_from_any_chunk_on(probes, references, band, size, start
     assert pairs_of(plan.chunks(start)) == pairs_of(chunks[start:])
 
 
-def read(path, text, **options):
-    path.write_text(text, encoding="utf-8")
-    return ListedPairs(path, *NAMES, **options)
+def write(folder, text):
+    path = folder / "list"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
 
 
 @pytest.mark.parametrize(
     "text",
     [
-        'a.tif,x.tif\nb.png,"y, z.tif"\n',
-        'a,x\n\nb.png,"y, z"\n',
-        'genuine,reference,probe\n1,x.tif,a.tif\n0,"y, z.tif",b.png\n',
-        '\ufeffprobe , reference\r\na.tif, x.tif\r\n b.png,"y, z.tif",more\r\n',
+        "a 1.png,b.png,1\nc.png,a 1.png,0\n",
+        "a 1.png\tb.png\t1\r\nc.png\ta 1.png\t0\r\n",
+        "\ufeffa 1.png;b.png;genuine\n\nc.png;a 1.png;impostor\n",
+        'reference , probe,note,genuine\n"b.png","a 1.png",x,1\na 1.png,c.png,,0',
     ],
-    ids=["bare", "without extension", "columns by name", "as spreadsheets write"],
 )
-def test_lists(tmp_path, text):
-    plan = read(tmp_path / "pairs.csv", text)
-    assert pairs_of(plan.chunks()) == [(0, 0), (2, 1)]
-    assert (len(plan), plan.number_of_chunks) == (2, 1)
+def test_rows_in_every_form(tmp_path, text):
+    rows = [("a 1.png", "b.png", True), ("c.png", "a 1.png", False)]
+    assert [row[1:] for row in iterate_pairs(write(tmp_path, text))] == rows
 
 
-def test_long_lists_in_chunks(tmp_path, rng):
-    drawn = rng.integers([3, 2], size=(25, 2)).tolist()
-    lines = "".join(f'{PROBES[p]},"{REFERENCES[r]}"\n' for p, r in drawn)
-    plan = read(tmp_path / "pairs.csv", lines, pairs_per_chunk=10)
-    chunks = list(plan.chunks())
-    assert [len(c) for c in chunks] == [10, 10, 5]
-    assert pairs_of(chunks) == [tuple(pair) for pair in drawn]
-    assert pairs_of(plan.chunks(2)) == pairs_of(chunks[2:])
-    assert chunks[0].probe.dtype == np.int32
-
-
-def test_identity_is_that_of_the_pairs(tmp_path):
-    lists = ("a,x\n", "probe,reference\na.tif,x.tif\n", "b.tif,x\n")
-    one, same, other = (read(tmp_path / "pairs.csv", text).identity for text in lists)
-    assert one == same != other
-    assert AllPairs(2, 3).identity != AllPairs(3, 2).identity
+def test_spaces_separate_where_nothing_else_does(tmp_path):
+    rows = list(iterate_pairs(write(tmp_path, "\n  a   b  1\nc d 0\n")))
+    assert rows == [(2, "a", "b", True), (3, "c", "d", False)]
+    assert list(iterate_pairs(write(tmp_path, "probe reference\na b\n"))) == [(2, "a", "b", None)]
 
 
 @pytest.mark.parametrize(
@@ -79,18 +72,44 @@ def test_identity_is_that_of_the_pairs(tmp_path):
         ("probe,reference\na,w\n", "line 2: there is no reference 'w'"),
         ("a,x\na\n", "line 2: expected a probe and a reference"),
         ("a,x\n\x00", "line 2: expected a probe and a reference"),
+        ("a x 1\na x 2\n", "line 2, column genuine: must be 1 or 0, not '2'"),
+        (b"a,x\n\xffc,d\n", "line 2: not a CSV file in UTF-8"),
+        (None, "cannot be read: no such file"),
     ],
 )
 def test_lists_that_cannot_be(tmp_path, text, reason):
-    with pytest.raises(ScoringError, match=reason):
-        read(tmp_path / "pairs.csv", text)
+    path = tmp_path / "gone" if text is None else write(tmp_path, text)
+    with pytest.raises(ScoringError) as caught:
+        ListedPairs(path, *NAMES)
+    assert reason in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
-def test_files_that_are_no_lists(tmp_path):
-    (tmp_path / "pairs.csv").write_bytes(b"\xff\xfe\x00")
-    for name, reason in (("pairs.csv", "not a CSV file"), ("gone.csv", "no such file"), ("", "is")):
-        with pytest.raises(ScoringError, match=reason):
-            ListedPairs(tmp_path / name, *NAMES)
+def test_long_lists_in_chunks(tmp_path, rng):
+    drawn = rng.integers([3, 2], size=(25, 2)).tolist()
+    lines = "".join(f'{PROBES[p]},"{REFERENCES[r]}"\n' for p, r in drawn)
+    plan = ListedPairs(write(tmp_path, lines), *NAMES, pairs_per_chunk=10)
+    chunks = list(plan.chunks())
+    assert (len(plan), [len(c) for c in chunks]) == (25, [10, 10, 5])
+    assert pairs_of(chunks) == [tuple(pair) for pair in drawn]
+    assert pairs_of(plan.chunks(2)) == pairs_of(chunks[2:])
+
+
+def test_identity_is_that_of_the_pairs(tmp_path):
+    lists = ("a,x\n", "probe,reference\na.tif,x.tif\n", "b.tif,x\n", "a,x,1\n")
+    one, same, *others = (ListedPairs(write(tmp_path, text), *NAMES).identity for text in lists)
+    assert one == same
+    assert len({one, *others}) == 3
+    assert AllPairs(2, 3).identity != AllPairs(3, 2).identity
+
+
+def test_prints_are_found_by_any_path_that_ends_so(tmp_path):
+    names = PrintNames(["ada/1.png", "bob/1.png", "bob/2.png"], tmp_path / "db")
+    paths = [str(tmp_path / "db" / "ada" / "1.png"), "./2.png", "2", "ada\\1"]
+    found = [names.find(name) for name in ("bob/1.png", "db/bob/1", *paths)]
+    assert found == [1, 1, 0, 2, 2, 0]
+    missing = ["1.png", "1", "eve/1.png", "other/bob/1.png", "", ".", "/", "ng"]
+    assert [names.find(name) for name in missing] == [None] * 8
 
 
 _DIGESTS = st.lists(st.sampled_from([b"", b"a", b"b", b"c"]), min_size=1, max_size=12)
@@ -110,6 +129,7 @@ def test_identical_pairs_are_those_of_one_digest(probes, references, most):
 
 
 def test_of_listed_pairs_those_of_the_list_are_counted(tmp_path):
-    plan = read(tmp_path / "list.csv", 'a.tif,x.tif\nb.png,x.tif\nb.png,"y, z.tif"\n')
+    listed = write(tmp_path, 'a.tif,x.tif\nb.png,x.tif\nb.png,"y, z.tif"\n')
     digests = {0: b"a", 1: b"a", 2: b"b"}, {0: b"a", 1: b"b"}
-    assert find_identical_pairs(plan, *digests, 5) == (2, [(0, 0), (2, 1)])
+    found = find_identical_pairs(ListedPairs(listed, *NAMES), *digests, 5)
+    assert found == (2, [(0, 0), (2, 1)])

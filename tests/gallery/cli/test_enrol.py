@@ -102,19 +102,13 @@ def test_two_prints_in_one_are_named_and_refused_if_strict(run, prints, tmp_path
         assert "; probably two prints in one: " in run("inspect", folder / name).stdout
 
 
-def test_a_mirrored_sensor_is_enrolled_and_searched_for(run, prints, tmp_path):
-    folder, place = copied(prints, tmp_path / "folder", "1_1.png", "2_1.png"), tmp_path / "g.db"
-    mirrored = copied(prints, tmp_path / "mirrored")
-    for path in folder.iterdir():
-        pixels = np.asarray(Image.open(path))[:, ::-1]
-        Image.fromarray(pixels).save(mirrored / path.name, dpi=(500, 500))
-    result = run("enrol", place, mirrored, "--mirror", "--workers", 1)
+def test_a_mirrored_sensor_is_enrolled(run, prints, tmp_path):
+    folder, place = copied(prints, tmp_path / "mirrored"), tmp_path / "g.db"
+    for name in ("1_1.png", "2_1.png"):
+        pixels = np.asarray(Image.open(prints / name))[:, ::-1]
+        Image.fromarray(pixels).save(folder / name, dpi=(500, 500))
+    result = run("enrol", place, folder, "--mirror", "--workers", 1)
     assert (result.exit_code, "left and right are exchanged" in result.stderr) == (0, True)
-
-    def best(*words):
-        (probe,) = json.loads(run("identify", place, *words, "--json").stdout)["probes"]
-        (first, *_) = probe["candidates"]
-        return first["subject"], first["score"] >= 40
-
-    assert best(folder / "1_1.png") == best(mirrored / "1_1.png", "--mirror") == ("1", True)
-    assert not best(mirrored / "1_1.png")[1]
+    (searched,) = json.loads(run("identify", place, prints / "1_1.png", "--json").stdout)["probes"]
+    best = searched["candidates"][0]
+    assert (best["subject"], best["score"] >= 40) == ("1", True)

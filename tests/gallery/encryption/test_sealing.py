@@ -47,11 +47,15 @@ def test_every_flipped_bit_of_a_record_is_detected():
     [
         {"purpose": b"entries"},
         {"salt": b"galleries"},
-        {"bound": [b"bob", b"index", b"1"]},
-        {"bound": [b"adai", b"ndex", b"1"]},
-        {"bound": [b"ada", b"index1", b""]},
-        {"bound": [b"ada", b"index"]},
-        {"bound": [b"ada", b"index", b"1", b""]},
+        *(
+            {"bound": bound}
+            for bound in (
+                [b"bob", b"index", b"1"],
+                [b"adai", b"ndex", b"1"],
+                [b"ada", b"index"],
+                [b"ada", b"index", b"1", b""],
+            )
+        ),
     ],
 )
 def test_a_record_is_bound_to_its_place(changed):

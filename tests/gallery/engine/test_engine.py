@@ -1,5 +1,6 @@
 """`fpmatch.gallery.engine`: the same results in the same order, wherever the work is done."""
 
+import multiprocessing
 import os
 import signal
 import socket
@@ -7,6 +8,7 @@ import subprocess
 import sys
 import time
 from contextlib import closing
+from functools import partial
 from itertools import count, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -171,3 +173,18 @@ def _process(shared, chunk):
 def test_what_cannot_be_sent_is_one_line():
     with pytest.raises(EngineError, match="cannot be sent to other processes"):
         list(processes(2).map(chunk_work.add, lambda: 1, [1]))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+def test_an_interrupt_while_processes_start_is_not_lost(monkeypatch):
+    """The new processes do not see it, and end."""
+    before, start = signal.getsignal(signal.SIGINT), executors.SpawnProcess.start
+    interrupt = partial(os.kill, os.getpid(), signal.SIGINT)
+    monkeypatch.setattr(executors.SpawnProcess, "start", lambda one: interrupt() or start(one))
+    monkeypatch.setitem(os.environ, "PYTHONSAFEPATH", "")
+    with pytest.raises(KeyboardInterrupt), processes(2):
+        pass
+    assert signal.getsignal(signal.SIGINT) is before
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    assert os.environ["PYTHONSAFEPATH"] == ""
+    assert not multiprocessing.active_children()

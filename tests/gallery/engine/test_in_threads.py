@@ -14,7 +14,7 @@ def test_results_are_in_the_order_of_the_chunks_and_threads_end_with_the_block()
         assert list(threads.map(pow, 2, iter([5]))) == [32]
         assert list(threads.map(pow, 2, [])) == []
     assert threading.active_count() == before
-    with pytest.raises(ValueError, match="at least 1"):
+    with pytest.raises(ValueError, match="greater than 0"):
         Threads(0)
 
 

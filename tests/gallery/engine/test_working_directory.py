@@ -3,11 +3,9 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-SAMPLES = Path(__file__).parents[3] / "sample_data"
 MODULES = ["numpy", "cv2", "signal", "selectors", "threadpoolctl", "fpmatch", "anyio"]
 PROGRAM = """
 from fpmatch.gallery.engine.engine import processes
@@ -52,15 +50,6 @@ def test_workers_of_a_program_import_neither_its_directory_nor_the_program(hosti
     program = hostile.parent / "program.py"
     program.write_text(PROGRAM)
     assert run(hostile, str(program)).stdout == "started\n10\n"
-
-
-def test_a_command_and_its_workers_import_nothing_from_their_directory(hostile):
-    """Started as a script on the path is."""
-    script = hostile.parent / "fpmatch_command.py"
-    script.write_text("from fpmatch.cli import main\nif __name__ == '__main__':\n    main()\n")
-    prints = [str(path) for path in sorted(SAMPLES.glob("101_[12].tif"))]
-    gallery = str(hostile.parent / "prints.db")
-    run(hostile, str(script), "enrol", gallery, *prints, "--workers", "2")
 
 
 OWN_MATCHER = """

@@ -1,4 +1,4 @@
-"""Tests of the index make prints as those of matching do; `numpy_forms` lies beside them."""
+"""Tests of the index make prints as those of matching do."""
 
 import sys
 from pathlib import Path

@@ -1,31 +1,29 @@
-"""Segments: the mate has most votes, kernels do as their numpy forms, damage is refused."""
+"""Segments: the mate has most votes, scores are those of the prefilter, damage is refused."""
 
-import json
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
-import numpy_forms
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import (
-    COMPILED,
-    any_points,
-    jittered,
-    moved,
-    spread_points,
-    striped_field,
-    template_of,
-)
+from matching_prints import any_points, jittered, moved, spread_points, template_of, templates
+from test_terms import whorl
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index._term_kernel import describe_edges, measure_curvatures
-from fpmatch.gallery.index._vote_kernel import add_similarity, count_votes
+from fpmatch.gallery.index._segment_kernel import add_similarity, count_votes
 from fpmatch.gallery.index.embedding import LENGTH
-from fpmatch.gallery.index.model import MODEL_FILE, TERMS, IndexModel, index_model
-from fpmatch.gallery.index.segment import COLUMNS, TABLE, Segment
-from fpmatch.gallery.index.terms import UNKNOWN, curvatures, edges_of, print_terms, probe_terms
+from fpmatch.gallery.index.segment import (
+    COLUMNS,
+    NEIGHBOURS,
+    PLACES,
+    WORDS_OF_A_PRINT,
+    Segment,
+)
+from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.templates.minutiae import RidgeField
+from fpmatch.matching.prints.prepare import prefilter_of, score_descriptors
+from fpmatch.templates.minutiae import Minutiae, Template
 
 
 def segment_of(templates, first=0):
@@ -36,71 +34,6 @@ def segment_of(templates, first=0):
 def gallery(seed, count=40, n=30):
     rng = np.random.default_rng(seed)
     return [template_of(spread_points(rng, n)) for _ in range(count)]
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_terms_are_those_of_the_numpy_form(seed):
-    print_ = MATCHER.prepare(template_of(any_points(seed)))
-    edges = np.ascontiguousarray(edges_of(print_), np.int32).reshape(-1, 2)
-    border = np.radians([-35, -15, 0, 15, 35])
-    curvature = np.random.default_rng(seed).choice(
-        [*border, *border + 1e-9, -1.5, 1.5, 4], len(edges)
-    )
-    made, expected = np.empty((2, 2, len(edges)), np.uint16)
-    describe_edges(print_.points, edges, curvature, *made)
-    numpy_forms.describe_edges(print_.points, edges, curvature, *expected)
-    assert made.tolist() == expected.tolist()
-    assert not len(edges) or made[0].max() < TERMS
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_curvatures_are_those_of_the_numpy_form(seed):
-    rng = np.random.default_rng(seed)
-    points = any_points(seed)
-    edges = rng.integers(0, points.shape[1], (30 * (points.shape[1] > 0), 2)).astype(np.int32)
-    code = rng.integers(0, 256, rng.integers(0, 12, 2)).astype(np.uint8)
-    code[rng.random(code.shape) < 0.2] = 0
-    angle = 2 * np.pi / 255 * (np.arange(256) - 1)
-    doubled = np.stack([np.cos(angle), np.sin(angle)]) * (np.arange(256) > 0)
-    cells = float(rng.choice([4.0, 16.0, 33.3])), int(rng.integers(-3, 9)), int(rng.integers(0, 9))
-    made, expected = np.empty((2, len(edges)))
-    measure_curvatures(points, edges, code, doubled, *cells, made)
-    numpy_forms.measure_curvatures(points, edges, code, doubled, *cells, expected)
-    assert made == pytest.approx(expected, abs=1e-9)
-
-
-def whorl(centre_px, side=25, step=16.0):
-    """Return a field of circles around a place, right and down from the corner."""
-    row, column = (np.mgrid[:side, :side] + 0.5) * step
-    orientation = np.arctan2(row - centre_px[1], column - centre_px[0])
-    orientation = np.mod(np.pi / 2 - orientation, np.pi).astype(np.float32)
-    return RidgeField(step, orientation, np.ones((side, side), bool), None)
-
-
-@pytest.mark.parametrize("distance", [60.0, 100.0, 140.0])
-def test_the_curvature_is_the_difference_of_the_orientations_on_both_sides(distance):
-    centre, middle = np.array([200.0, 200.0]), np.array([200.0 + distance, 200.0])
-    ends = middle[:, None] + [[0.0, 20.0], [0.0, 0.0]]  # along the radius: circles cross it
-    points = np.vstack([ends * [[1], [-1]], [[1, 1], [0, 0]]])
-    print_ = MATCHER.prepare(template_of(points, field=whorl(centre)))
-    seen, back = curvatures(print_, np.array([[0, 1], [1, 0]], np.int32))
-    expected = 2 * np.arctan2(28.0, distance + 10)
-    assert seen == pytest.approx(expected, abs=0.03)
-    assert back == pytest.approx(-seen)
-    points[:2] = [[200 + distance] * 2, [-190, -210]]  # circles run along it
-    along = MATCHER.prepare(template_of(points, field=whorl(centre)))
-    assert curvatures(along, np.array([[0, 1]], np.int32)) == pytest.approx(0, abs=0.03)
-
-
-def test_where_the_orientation_is_not_known_the_curvature_is_not():
-    points = spread_points(np.random.default_rng(3), 12)
-    without = MATCHER.prepare(template_of(points))
-    edges = edges_of(without)
-    assert (curvatures(without, edges) == UNKNOWN).all()
-    small = MATCHER.prepare(template_of(points, field=striped_field(side=6)))  # of 96 px
-    found = curvatures(small, edges)
-    assert 0 < (found == UNKNOWN).sum() < len(edges)
-    assert found[found != UNKNOWN] == pytest.approx(0, abs=1e-9)
 
 
 @pytest.mark.parametrize("fields", [(0, 0), (0, 1), (1, 0)])
@@ -123,34 +56,71 @@ def test_ridges_that_bend_alike_add_votes():
     assert votes[0] > 1.3 * votes[1]
 
 
+def votes_by_hand(segment, probe, factor):
+    """Count the votes of each print in cells of shifts and rotation; return the best four's."""
+    counted = np.zeros((len(segment), 4, 16, 4))
+    for term, weight, reading in zip(probe.term, probe.weight, probe.reading, strict=True):
+        for posting in segment.posting[slice(*segment.term_start[term : term + 2])].tolist():
+            own = int(probe.shift[reading, posting >> 10 & 63])
+            x, y = ((posting >> 5) - (own >> 5)) >> 3 & 3, (posting - own) >> 3 & 3
+            counted[posting >> 16, x, own >> 10, y] += weight
+    cells = np.minimum(counted, 63)
+    for axis in (1, 2):  # adjacent ones along x and of rotation, which repeat
+        cells += np.roll(cells, -1, axis)
+    return cells.reshape(len(segment), -1).max(1).astype(int) * factor // 4
+
+
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.1, 0.5, 50.0]))
-def test_votes_are_those_of_the_numpy_form(seed, budget):
+def test_votes_are_those_counted_by_hand(seed, budget):
     rng = np.random.default_rng(seed)
-    templates = [template_of(any_points(int(k))) for k in rng.integers(0, 2**32, 12)]
+    templates = [template_of(any_points(int(k), 15)) for k in rng.integers(0, 2**32, 6)]
     segment = segment_of(templates)
     probe = probe_terms(MATCHER.prepare(templates[0]), budget)
     looked_up = probe.term, probe.weight, probe.reading, probe.shift
-    room = np.empty(len(probe.term), np.uint32), np.empty(TABLE, np.uint32)
-    made, expected = np.zeros((2, len(segment)), np.uint16)
+    table = np.empty(len(segment) * WORDS_OF_A_PRINT, np.uint32)
+    made = np.zeros(len(segment), np.uint16)
     factor = rng.integers(0, 1025, len(segment)).astype(np.uint16)
-    count_votes(segment.term_start, segment.posting, *looked_up, factor, *room, made)
-    numpy_forms.count_votes(
-        segment.term_start, segment.posting, *looked_up, factor, *room, expected
-    )
-    assert made.tolist() == expected.tolist()
+    count_votes(segment.term_start, segment.posting, *looked_up, factor, table, made)
+    assert made.tolist() == votes_by_hand(segment, probe, factor).tolist()
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0, 60_000]))
-def test_similarities_are_those_of_the_numpy_form(seed, most):
+def test_similar_embeddings_add_votes(seed, most):
     rng = np.random.default_rng(seed)
     embedding = rng.integers(-127, 128, (9, LENGTH), np.int8)
     embedding[-1] = 127
-    made = rng.integers(0, most + 1, 9).astype(np.uint16)
-    expected = made.copy()
+    before = rng.integers(0, most + 1, 9).astype(np.uint16)
+    made = before.copy()
     add_similarity(embedding, embedding[0].astype(np.int16), made)
-    numpy_forms.add_similarity(embedding, embedding[0].astype(np.int16), expected)
-    assert made.tolist() == expected.tolist()
+    product = embedding.astype(int) @ embedding[0].astype(int)
+    assert made.tolist() == np.minimum(before + np.maximum(product, 0) // 32, 65_535).tolist()
     assert made[0] > 6000
+
+
+def at_whole_pixels(template):
+    """Return a prepared print whose positions are whole pixels at 500 dpi, as in galleries."""
+    m = template.minutiae
+    places = (np.rint(np.clip(values, -3e4, 3e4)) for values in (m.x, m.y))
+    whole = Minutiae(*places, m.angle, m.kind, m.quality)
+    return MATCHER.prepare(Template(whole, template.width, template.height, 500.0, template.field))
+
+
+def kept_of(print_):
+    """Return the bit descriptors of a print without the words that an index does not keep."""
+    b = print_.bit_descriptors
+    words, bins = np.full_like(b.neighbour_bits, 0x8800), np.full_like(b.orientation_bins, 31)
+    words[:, :NEIGHBOURS] = b.neighbour_bits[:, :NEIGHBOURS]
+    bins[:, PLACES] = b.orientation_bins[:, PLACES]
+    return replace(b, neighbour_bits=words, orientation_bins=bins)
+
+
+@given(templates(), st.lists(templates(), max_size=3))
+def test_scores_are_those_of_the_prefilter(probe, references):
+    prints = [at_whole_pixels(template) for template in [*references, probe]]
+    numbers, which = range(len(prints)), np.arange(len(prints))[::-1]
+    tables = prefilter_of(prints[-1].bit_descriptors)
+    expected = [score_descriptors(tables, kept_of(prints[k])) for k in which]
+    assert Segment.build(numbers, numbers, prints).scores(prints[-1], which).tolist() == expected
 
 
 @pytest.mark.parametrize("turn_deg", [0, 31, 90, 180, 275])
@@ -166,30 +136,10 @@ def test_the_mate_has_most_votes_however_it_is_turned(turn_deg):
     assert votes[-1] > 1.5 * votes[:-1].max()
 
 
-def test_the_lookups_are_those_of_the_greatest_gain_within_the_budget():
-    probe = MATCHER.prepare(gallery(3, 1)[0])
-    few, many = probe_terms(probe, 0.1), probe_terms(probe, 5.0)
-    assert 0 < len(few.term) < len(many.term)
-    assert set(few.term.tolist()) <= set(many.term.tolist())
-    assert (np.diff(many.term) >= 0).all()
-    model = index_model()
-    assert model.share[few.term].sum() * model.edges <= 2 * 0.1 * len(probe)  # without ridges
-    assert set(print_terms(probe)[0].tolist()) <= set(many.term.tolist())
-
-
-def test_a_model_is_what_its_document_says():
-    document = json.loads(MODEL_FILE.read_bytes())
-    assert index_model().lengths.tolist() == document["lengths"]
-    for wrong in ({}, {**document, "lengths": [1.0]}, {**document, "edges": -1}):
-        with pytest.raises(MatcherError, match="no model"):
-            IndexModel.of_document(wrong)
-
-
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 200, 255])
 def test_prints_of_any_size(n):
     rng = np.random.default_rng(n)
-    sizes = [n if COMPILED else min(n, 60), 12, 0]
-    templates = [template_of(spread_points(rng, k, 9.0, 400.0), size=500) for k in sizes]
+    templates = [template_of(spread_points(rng, k, 9.0, 400.0), size=500) for k in (n, 12, 0)]
     segment = segment_of(templates)
     for template in templates:
         assert segment.votes(probe_terms(MATCHER.prepare(template))).shape == (3,)
@@ -206,7 +156,6 @@ def changed(arrays, name, at, value):
 
 def test_damaged_arrays_are_refused():
     whole = segment_of(gallery(8, 4, 12)).arrays()
-    assert set(whole) == set(COLUMNS)
     last = len(whole["posting"])
     some = int(np.flatnonzero(np.diff(whole["term_start"]))[0]) + 1
     for name, at, value in (
@@ -215,17 +164,31 @@ def test_damaged_arrays_are_refused():
         ("term_start", -1, last + 1),
         ("term_start", some, 2**32 - 1),
         ("posting", last - 1, 4 << 16),
-        ("minutiae_start", 0, 1),
-        ("minutiae_start", 1, -1),
-        ("minutiae_start", 2, 2**62),
+        ("described", 1, 257),
+        ("described", 2, 1),
         ("orientation_bins", 7, 255),
-        ("has_flow", 0, 2),
     ):
         with pytest.raises(MatcherError, match="damaged"):
             Segment.of_arrays(changed(whole, name, at, value))
-    for name in ("number", "size", "term_start", "posting", "minutiae_start", "has_flow", "xy"):
+    for prints in (0, 4097):
         with pytest.raises(MatcherError, match="damaged"):
-            Segment.of_arrays({**whole, name: whole[name][:-1]})
-    twice = {**whole, "term_start": np.repeat([0, last], [TERMS, 1]).astype(np.uint32)}
-    with pytest.raises(MatcherError, match="damaged"):
-        Segment.of_arrays(twice)  # prints of a list do not ascend
+            Segment.of_arrays({**whole, "number": np.zeros(prints, np.int64)})
+
+
+MADE = [MATCHER.prepare(template_of(any_points(seed))) for seed in range(12)]
+NUMBERS = np.cumsum(np.arange(1, 13))
+
+
+def built(places):
+    which = np.array(places, np.int64)
+    return Segment.build(NUMBERS[which], -NUMBERS[which], [MADE[k] for k in which])
+
+
+@given(st.lists(st.integers(0, 12), max_size=4), st.sets(st.integers(0, 11)))
+def test_prints_of_segments_are_joined_as_if_they_were_built_together(ends, left_out):
+    kept = ~np.isin(np.arange(12), [*left_out])
+    bounds = [*pairwise([0, *sorted(ends), 12])]
+    joined = Segment.joined([(built(range(*pair)), kept[slice(*pair)]) for pair in bounds])
+    expected = built(np.flatnonzero(kept)).arrays()
+    for name, array in joined.arrays().items():
+        assert (array.dtype, array.tolist()) == (expected[name].dtype, expected[name].tolist())

@@ -4,7 +4,7 @@ import pytest
 
 from fpmatch.errors import DatasetError, ImageReadError
 from fpmatch.gallery.listing.entry import NamePattern
-from fpmatch.gallery.listing.folders import images_in
+from fpmatch.gallery.listing.folders import prints_in
 from fpmatch.gallery.listing.prints import find_prints
 
 
@@ -93,17 +93,14 @@ def test_a_folder_of_empty_folders_has_no_prints(people):
             find_prints([root], **options)
 
 
-def test_images_come_in_the_order_of_their_numbers(tmp_path):
-    for name in ("10_1.tif", "9_10.png", "9_2.JPG", "a.bmp", "9_2.json", "README.md", "._9_3.tif"):
-        (tmp_path / name).touch()
-    (tmp_path / "9_9.tif").mkdir()
-    names = [path.name for path in images_in(tmp_path)]
-    assert names == ["9_2.JPG", "9_10.png", "10_1.tif", "a.bmp"]
-
-
-def test_a_folder_must_be_one(tmp_path):
-    with pytest.raises(DatasetError, match="nowhere: no such folder"):
-        images_in(tmp_path / "nowhere")
-    (tmp_path / "file").touch()
-    with pytest.raises(DatasetError, match="file: "):
-        images_in(tmp_path / "file")
+def test_images_come_in_the_order_of_their_numbers(people):
+    names = ("10_1.tif", "9_10.png", "9_2.JPG", "a.bmp", "9_2.json", "README.md", "._9_3.tif")
+    root = people(*names, "9_9.tif/x")
+    assert [file.name for file in find_prints([root])] == [
+        "9_2.JPG",
+        "9_10.png",
+        "10_1.tif",
+        "a.bmp",
+    ]
+    with pytest.raises(DatasetError, match=r"README\.md: cannot be listed: "):
+        prints_in(root / "README.md")

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError, ScoringError
-from fpmatch.gallery.batch.pair_list import iterate_pairs
+from fpmatch.gallery.batch.plan import iterate_pairs
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
@@ -98,10 +98,6 @@ def test_resolutions_are_those_of_the_manifest_else_of_the_description(manifest)
         (
             "path,subject,impression\na.png,ada,1\nd.iso,ada,1\n",
             "line 3, column impression: ada_1 is on line 2, too",
-        ),
-        (
-            "path,subject,finger\na.png,ada,thumb\nd.iso,ada,\n",
-            "line 3, column finger: is empty, but is named for ada on line 2",
         ),
         (b"path,subject\na.png,ad\xff\n", "line 2: not a CSV file in UTF-8 (byte 0xff)"),
         ('path,subject\n"a.png,ada\n', "not a CSV file: unexpected end of data"),

@@ -7,7 +7,12 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.gallery.listing.two_prints import minutiae_across, neck_and_break, why_two_prints
+from fpmatch.gallery.listing.two_prints import (
+    count_areas,
+    minutiae_across,
+    neck_and_break,
+    why_two_prints,
+)
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 
@@ -41,6 +46,8 @@ def test_each_sign_is_named():
     column = np.indices((24, 24))[1]
     apart = replace(one, mask=one.mask & (column != 11))
     assert signs(m, apart) == "the ridges have two areas; cut them into one image each"
+    thrice = replace(apart, mask=apart.mask & (column != 5) & (column != 17) & (column < 18))
+    assert signs(m, thrice).startswith("probably 3 prints in one: the ridges have 3 areas; cut")
     turned = np.where(column < 12, one.orientation, np.mod(one.orientation + 1, np.pi))
     assert "the ridges break off along a line" in signs(m, replace(one, orientation=turned))
     across = Minutiae(m.x, m.y, np.mod(m.angle + np.pi / 2, 2 * np.pi))
@@ -50,6 +57,15 @@ def test_each_sign_is_named():
     assert signs(anywhere) == "neighbouring minutiae have contrary directions"
     groups = Minutiae(np.where(m.x < 190, m.x, m.x + 200), m.y, m.angle)
     assert signs(groups) == "the minutiae form two groups"
+
+
+def test_the_prints_of_a_card_are_counted_at_any_resolution():
+    """A card of two rows of three prints, of 10 by 12 cells each; small spots are none."""
+    row, column = np.indices((30, 39))
+    mask = (row % 15 < 12) & (column % 13 < 10)
+    card = RidgeField(16.0, np.mod(0.1 * (column % 13), np.pi), mask)
+    assert count_areas(card, 500.0) == count_areas(replace(card, step=32.0), 1000.0) == 6
+    assert count_areas(replace(card, mask=mask & (column < 16)), 500.0) == 2
 
 
 def test_a_seam_is_where_ridges_turn_at_once():
@@ -99,10 +115,3 @@ def test_any_template_has_an_answer_that_its_hidden_cells_do_not_change(
     one = Template(minutiae, 300, 300, 500.0, RidgeField(step, orientation, mask, bits))
     shown = RidgeField(step, np.where(mask, orientation, 0), mask, bits)
     assert why_two_prints(one) == why_two_prints(replace(one, field=shown))
-
-
-def test_the_number_of_prints_that_lie_apart_is_named():
-    one = arch((24, 36))
-    column = np.indices((24, 36))[1]
-    apart = replace(one, mask=one.mask & (column != 11) & (column != 24))
-    assert signs(Minutiae([], [], []), apart).startswith("probably 3 prints in one: ")

@@ -148,7 +148,7 @@ def test_the_index_of_an_encrypted_gallery_is_encrypted(tmp_path):
         gallery.add([new_entry(number) for number in range(SIZE)])
         expected = best(gallery, opened(gallery), 5)
         paths = list((tmp_path / "g.db.prepared").iterdir())
-        assert {path.suffix for path in paths} == {".segment", ".index"}
+        assert {path.suffix for path in paths} == {".segment"}
         arrays = opened(gallery).index.segments[0].arrays()
         content = b"".join(path.read_bytes() for path in paths)
         for name, array in arrays.items():

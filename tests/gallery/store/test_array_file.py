@@ -47,10 +47,9 @@ def small(tmp_path):
     return tmp_path / "arrays"
 
 
-@pytest.mark.parametrize("block", [64, 128, array_file.READ_AT_ONCE])
 @pytest.mark.parametrize("sizes", [(0, 0), (1, 0), (0, 1), (8, 64), (9, 200)])
-def test_arrays_come_back_as_they_were(tmp_path, monkeypatch, sizes, block):
-    monkeypatch.setattr(array_file, "READ_AT_ONCE", block)
+def test_arrays_come_back_as_they_were(tmp_path, monkeypatch, sizes):
+    monkeypatch.setattr(array_file, "READ_AT_ONCE", 64)
     given_ = arrays_of(*sizes)
     write_arrays(tmp_path / "arrays", given_, COLUMNS, ABOUT)
     found = read_arrays(tmp_path / "arrays", COLUMNS, ABOUT)
@@ -62,20 +61,16 @@ def test_arrays_come_back_as_they_were(tmp_path, monkeypatch, sizes, block):
     assert [path.name for path in tmp_path.iterdir()] == ["arrays"]
 
 
-def test_what_is_written_may_be_sealed(tmp_path):
+def test_what_is_written_may_be_sealed(small):
     """A compressed file stands for an encrypted one."""
-    path = tmp_path / "arrays"
-    write_arrays(path, arrays_of(5, 70), COLUMNS, ABOUT, seal=gzip.compress)
-    assert path.read_bytes()[:2] == b"\x1f\x8b"
-    found = read_arrays(path, COLUMNS, ABOUT, unseal=gzip.decompress)
-    assert {k: a.tolist() for k, a in found.items()} == {
-        k: a.tolist() for k, a in arrays_of(5, 70).items()
-    }
-    assert refusal(path) == "damaged"
-    write_arrays(path, arrays_of(5, 70), COLUMNS, ABOUT)
     with pytest.raises(FpmatchError) as caught:
-        read_arrays(path, COLUMNS, ABOUT, unseal=gzip.decompress)
+        read_arrays(small, COLUMNS, ABOUT, unseal=gzip.decompress)
     assert caught.value.code == "unreadable"
+    write_arrays(small, arrays_of(5, 70), COLUMNS, ABOUT, seal=gzip.compress)
+    assert refusal(small) == "damaged"
+    unsealed = read_arrays(small, COLUMNS, ABOUT, unseal=gzip.decompress)
+    for name, array in arrays_of(5, 70).items():
+        assert unsealed[name].tolist() == array.tolist()
 
 
 @given(sizes=st.tuples(st.integers(0, 40), st.integers(0, 300)), data=st.data())
@@ -91,73 +86,56 @@ def test_any_change_of_any_bytes_is_found(tmp_path_factory, sizes, data):
         assert refusal(path) in {"damaged", "other"}
 
 
-SHAPES = ([], [0], [4], [6], [5, 1], [-5], [-1], [5.0], ["5"], [True], [None], 5, "5", None)
+SHAPES = ([], [4], [6], [5, 1], [-1], [5.0], ["5"], [True], 5, None, [2**62], [2**64 + 5])
 HEADERS = [
-    *(("arrays", value) for value in ([], None, 7, {}, [1, 2, 3])),
-    ("about", None),
+    *(("arrays", value) for value in ([], None, {}, [1, 2, 3])),
     *(("name", value) for value in ("begin", ["start"], None)),
-    *(("dtype", value) for value in ("<i4", ">i8", "|O", "nonsense", 8)),
-    *(("shape", value) for value in (*SHAPES, [2**62], [2**64 + 5], [10**300], {"0": 5})),
+    *(("dtype", value) for value in ("<i4", ">i8", "|O", 8)),
+    *(("shape", value) for value in (*SHAPES, [10**300], {"0": 5})),
+    *(("whole", value) for value in (b"", b"{}", b"7", b"\xff", b"[" * 20_000, b"1" * 5000)),
 ]
 
 
 @pytest.mark.parametrize(("part", "value"), HEADERS)
 def test_a_header_that_states_something_else_is_refused(small, part, value):
     """The checksums are those of the changed header: it is its statements that are checked."""
-    header, content = array_file.read_content(small)
-    document = json.loads(header)
-    if part in {"arrays", "about"}:
+    whole = small.read_bytes()
+    _, length, _ = array_file.HEAD.unpack(whole[:64])
+    document = json.loads(whole[64 : 64 + length])
+    if part == "arrays":
         document[part] = value
-    else:
+    elif part != "whole":
         document["arrays"][0][("name", "dtype", "shape").index(part)] = value
-    rewrite(small, json.dumps(document).encode(), content)
-    assert refusal(small) == ("other" if part == "about" else "damaged")
-
-
-@pytest.mark.parametrize(
-    "header",
-    [b"", b"{}", b"[]", b"7", b"\xff", b"{" * 20_000, b"[" * 20_000, b'{"about": 1}', b"1" * 5000],
-)
-def test_a_header_that_is_no_header_is_refused(small, header):
-    _, content = array_file.read_content(small)
-    rewrite(small, header, content)
-    assert refusal(small) in {"damaged", "other"}
+    header = value if part == "whole" else json.dumps(document).encode()
+    small.write_bytes(array_file.encode(header, whole[64 + length + -length % 64 :]))
+    assert refusal(small) == "damaged"
 
 
 def test_a_file_about_something_else_is_another(small):
     assert refusal(small, about={"what": "another"}) == "other"
     assert refusal(small, about={}) == "other"
-    small.write_bytes(b"fpmatch arrays 1" + small.read_bytes()[16:])
+    small.write_bytes(b"fpmatch arrays 2" + small.read_bytes()[16:])
     assert refusal(small) == "other"
 
 
-def test_what_is_no_file_is_refused(tmp_path):
-    assert refusal(tmp_path / "nothing") == "missing"
+def test_what_is_no_file_or_cannot_be_read_is_refused(small, tmp_path, monkeypatch):
+    assert refusal(tmp_path / "nothing") == refusal(small / "below") == "missing"
     assert refusal(tmp_path) == "unreadable"
-    (tmp_path / "file").touch()
-    assert refusal(tmp_path / "file" / "arrays") == "missing"
     if hasattr(os, "mkfifo"):
         os.mkfifo(tmp_path / "pipe")
         assert refusal(tmp_path / "pipe") == "unreadable"
     with pytest.raises(OutputError, match="cannot be written"):
         write_arrays(tmp_path / "/dev/null/arrays", arrays_of(1, 1), COLUMNS, ABOUT)
 
-
-def test_a_disk_that_fails_is_an_error(small, monkeypatch):
     def fail(*_):
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
-    monkeypatch.setattr(array_file, "_checksum", fail)
+    monkeypatch.setattr(array_file, "crc32", fail)
     assert refusal(small) == "unreadable"
 
 
-def test_writing_replaces_the_file_and_leaves_what_was_mapped(tmp_path):
-    write_arrays(tmp_path / "arrays", arrays_of(5, 70), COLUMNS, ABOUT)
-    mapped = read_arrays(tmp_path / "arrays", COLUMNS, ABOUT)
-    write_arrays(tmp_path / "arrays", arrays_of(1, 0), COLUMNS, ABOUT)
+def test_writing_replaces_the_file_and_leaves_what_was_mapped(small):
+    mapped = read_arrays(small, COLUMNS, ABOUT)
+    write_arrays(small, arrays_of(1, 0), COLUMNS, ABOUT)
     assert mapped["start"].tolist() == arrays_of(5, 70)["start"].tolist()
-    assert len(read_arrays(tmp_path / "arrays", COLUMNS, ABOUT)["start"]) == 1
-
-
-def rewrite(path, header, content):
-    path.write_bytes(array_file.encode(header, content.tobytes()))
+    assert len(read_arrays(small, COLUMNS, ABOUT)["start"]) == 1

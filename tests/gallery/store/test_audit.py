@@ -6,32 +6,28 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 import sqlalchemy as sa
-from made_prints import refused
+from made_prints import entry_of, refused
 
 from fpmatch.errors import GalleryError
+from fpmatch.gallery.cli.export import export_gallery
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
+from fpmatch.gallery.listing.entry import Failure, Label
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.audit import (
-    AuditError,
     acting_as,
     check_audit,
     events_of,
-    turn_off,
-    turn_on,
+    switch,
 )
 from fpmatch.gallery.tasks.api import identify
 from fpmatch.gallery.tasks.consistency import check_fingers
-from fpmatch.gallery.tasks.export import export_templates
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
 def entry(subject, impression="1"):
-    """Return a print of a subject, of two minutiae."""
-    minutiae = Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6])
+    """Return a print of a subject."""
     content = hashlib.sha256(f"{subject}_{impression}".encode()).digest()
-    label = Label(subject, "", impression)
-    return NewEntry(label, f"/pictures/{subject}.png", content, Template(minutiae, 300, 400))
+    return entry_of(7, label=Label(subject, "", impression), content=content)
 
 
 def events(gallery):
@@ -41,11 +37,11 @@ def events(gallery):
 @pytest.fixture
 def audited(where):
     with open_gallery(where, create=True) as gallery:
-        turn_on(gallery)
+        switch(gallery, on=True)
         yield gallery
 
 
-def test_changes_are_stored_with_their_events(audited, where):
+def test_changes_are_stored_with_their_events(audited):
     with acting_as("ada"):
         audited.add([entry("101"), entry("101", "2")], [Failure("/pictures/bad.png", "blank")])
         audited.remove([1])
@@ -63,17 +59,15 @@ def test_changes_are_stored_with_their_events(audited, where):
         }
         for k in (1, 2)
     ]
-    assert removed["entries"] == [{"number": 1, "subject": "101", "finger": "", "impression": "1"}]
+    assert [one["number"] for one in removed["entries"]] == [1]
     assert (cleared["action"], cleared["count"]) == ("clear failures", 1)
     assert check_audit(audited).events == 4
-    with open_gallery(where) as again:
-        assert check_audit(again).events == 4
 
 
-def test_reads_are_stored(audited, tmp_path):
+def test_reads_are_stored(audited, where, tmp_path):
     audited.add([entry("101"), entry("101", "2"), entry("102")])
     identify(audited, audited.template(1))
-    export_templates(audited, tmp_path / "out", subject="101")
+    export_gallery(where, tmp_path / "out", "json", "101")
     list(check_fingers(audited))
     audited.record("list", subject="101")
     audited.record("identify", probe=b"picture", candidates=[3])
@@ -84,38 +78,33 @@ def test_reads_are_stored(audited, tmp_path):
     assert {1, 2, 3} >= set(found[0]["candidates"])
     assert found[1]["entries"] == "1-2"
     assert found[-1]["probe"] == hashlib.sha256(b"picture").hexdigest()
-
-
-def test_no_event_contains_a_template_a_picture_or_a_score(audited):
-    audited.add([entry("101")])
-    identify(audited, audited.template(1))
     (_, packed), *_ = audited.packed_templates()
     texts = list(map(json.dumps, events(audited)))
     assert not any("score" in text or packed.hex() in text for text in texts)
-    assert all(len(text) < 600 for text in texts)
 
 
 def test_it_is_off_until_it_is_turned_on(where):
     with open_gallery(where, create=True) as gallery:
         gallery.add([entry("101")])
         refused(events, gallery, code="no audit")
-        assert turn_on(gallery)
-        assert not turn_on(gallery)
+        assert switch(gallery, on=True)
+        assert not switch(gallery, on=True)
         gallery.add([entry("102")])
-        assert turn_off(gallery)
-        assert not turn_off(gallery)
-        gallery.add([entry("103")])
+        assert switch(gallery, on=False)
+        assert not switch(gallery, on=False)
+        gallery.remove([2])
         gallery.record("list")
         assert check_audit(gallery).events == 3
-        assert turn_on(gallery)
-        gallery.remove([3])
-        found = [event["action"] for event in events(gallery)]
-    assert found == ["audit on", "enrol", "audit off", "audit on", "remove"]
+        assert switch(gallery, on=True)
+        assert [event["action"] for event in events(gallery)] == [
+            *("audit on", "enrol", "audit off", "audit on")
+        ]
+        assert check_audit(gallery).events == 4  # what was removed meanwhile is not missed
 
 
 def change(gallery, *statements):
     """Change the database as another program does."""
-    with gallery.writing() as connection:
+    with gallery.changing() as connection:
         for one in statements:
             connection.execute(sa.text(one))
 
@@ -135,7 +124,7 @@ def test_a_change_is_found(audited, statement, code):
         audited.add([entry("102")])
         audited.remove([1])
     change(audited, statement)
-    error = refused(check_audit, audited, code=code, kind=AuditError)
+    error = refused(check_audit, audited, code=code)
     assert error.path == audited.name
 
 
@@ -146,11 +135,11 @@ def test_a_chain_that_was_written_anew_is_found_by_an_earlier_state(audited):
     audited.record("list")
     assert check_audit(audited, expect=expect).events == 3
     change(audited, "DELETE FROM fpmatch_audit WHERE number > 1")
-    refused(check_audit, audited, expect=expect, code="shortened", kind=AuditError)
+    refused(check_audit, audited, expect=expect, code="shortened")
     with audited.changing() as connection:
         audit.record(connection, "enrol", entries=[], failed=0)
     assert check_audit(audited).events == 2
-    refused(check_audit, audited, expect=expect, code="changed", kind=AuditError)
+    refused(check_audit, audited, expect=expect, code="changed")
 
 
 SWAP = [
@@ -174,21 +163,13 @@ def test_a_change_of_entries_without_an_event_is_found(audited, run, where, stat
     audited.remove([3])
     check_audit(audited)
     change(audited, *statements)
-    error = refused(check_audit, audited, code=code, kind=AuditError)
+    error = refused(check_audit, audited, code=code)
     for words in (("gallery", "audit", "verify", where), ("gallery", "check", where)):
         result = run(*words)
         assert (result.exit_code, str(error) in result.stderr) == (2, True)
 
 
-def test_what_was_removed_while_no_audit_was_kept_is_not_missed(audited):
-    audited.add([entry("101"), entry("102")])
-    turn_off(audited)
-    audited.remove([1])
-    turn_on(audited)
-    assert check_audit(audited).events == 4
-
-
-def test_what_cannot_be_stored_is_not_done(audited, monkeypatch, tmp_path):
+def test_what_cannot_be_stored_is_not_done(audited, where, monkeypatch, tmp_path):
     audited.add([entry("101")])
 
     def fail(*_, **__):
@@ -199,7 +180,7 @@ def test_what_cannot_be_stored_is_not_done(audited, monkeypatch, tmp_path):
         lambda: audited.add([entry("102")]),
         lambda: audited.remove([1]),
         lambda: audited.record("list"),
-        lambda: export_templates(audited, tmp_path / "out"),
+        lambda: export_gallery(where, tmp_path / "out", "json", None),
         lambda: identify(audited, Template(Minutiae(x=[1], y=[2], angle=[0]), 300, 400)),
     ):
         with pytest.raises(GalleryError):
@@ -221,16 +202,3 @@ def test_several_programs_share_one_chain(audited, where):
         list(pool.map(enrol, "abcd"))
     assert check_audit(audited).events == 41
     assert len(audited) == 20
-
-
-def test_a_rotation_of_keys_is_an_event(audited, where, source):
-    from fpmatch.gallery.encryption.keys import load_keys
-    from fpmatch.gallery.tasks.rotation import rotate
-
-    audited.add([entry("101")])
-    with open_gallery(where) as gallery:
-        rotate(gallery)
-        (key,) = load_keys(source).ids
-        (rotated,) = events(gallery)[2:]
-        assert (rotated["action"], rotated["key"]) == ("rotate keys", key)
-        assert check_audit(gallery).events == 3

@@ -32,7 +32,6 @@ def claims(gallery, template):
 def test_all_impressions_of_the_subject_or_of_the_finger_count(claims, template):
     checked = check_claim(claims, template, "ada")
     assert [entry.id for entry in checked.entries] == [1, 2, 3]
-    assert checked.best.label == Label("ada", "right", "1")
     assert 40 < checked.result.verification.score <= checked.result.best_score
     document = checked.as_dict()
     assert (document["subject"], document["impressions"]) == ("ada", 3)
@@ -42,6 +41,8 @@ def test_all_impressions_of_the_subject_or_of_the_finger_count(claims, template)
     references = [claims.template(k) for k in (2, 3)]
     assert of_finger.result.scores.tolist() == verify_finger(template, references).scores.tolist()
     assert not check_claim(claims, template, "bob").result.verification.match
+    for claim in (("eve",), ("ada", "thumb")):
+        refused(check_claim, claims, template, *claim, code="unknown")
 
 
 def test_a_probe_without_a_resolution_is_tried_at_others_for_a_lower_score(gallery):
@@ -65,8 +66,3 @@ def test_a_probe_without_a_resolution_is_tried_at_others_for_a_lower_score(galle
     assert stated.result.best_score - found.result.best_score == pytest.approx(10)
     assert not checked(101, 500).result.verification.match
     assert not checked(102).result.verification.match
-
-
-@pytest.mark.parametrize("claim", [("eve",), ("ada", "thumb")])
-def test_what_is_not_enrolled_is_refused(claims, template, claim):
-    refused(check_claim, claims, template, *claim, code="unknown")

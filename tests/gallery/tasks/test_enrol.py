@@ -11,15 +11,12 @@ from pathlib import Path
 import pytest
 from made_prints import extractor, finger_extractor
 
-from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Failure
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.gallery.tasks import enrol as enrol_module
 from fpmatch.prints.reading import ASSUMED_DPI
-
-HERE = Path(__file__).parents[1]
 
 
 def enrol(gallery, *places, dpi=None, **options):
@@ -42,10 +39,6 @@ def folder(tmp_path):
     return folder
 
 
-def labels(gallery):
-    return [str(entry.label) for entry in gallery.entries()]
-
-
 def test_new_prints_are_enrolled_and_failures_kept(gallery, folder):
     reported = []
     result = enrol(gallery, folder, progress=lambda *row: reported.append(row))
@@ -58,7 +51,8 @@ def test_new_prints_are_enrolled_and_failures_kept(gallery, folder):
     failures = [Failure(str(folder / name), reason) for name, reason in expected.items()]
     assert sorted(result.failures, key=lambda f: f.source) == failures
     assert gallery.failures() == failures
-    assert labels(gallery) == [f"{s}_{i}" for s in range(1, 7) for i in range(1, 5)]
+    labels = [str(entry.label) for entry in gallery.entries()]
+    assert labels == [f"{s}_{i}" for s in range(1, 7) for i in range(1, 5)]
     assert (reported[0], reported[-1]) == (("enrol", 0, 27), ("enrol", 27, 27))
     assert [done for _, done, _ in reported] == sorted(done for _, done, _ in reported)
 
@@ -102,91 +96,49 @@ def test_resolutions_may_differ_and_are_told_apart(gallery, folder):
     assert failure.reason == "enrolled already, at 500 dpi, not 569"
 
 
-def test_a_few_pictures_are_committed_at_a_time_until_that_fails(gallery, folder, monkeypatch):
-    sizes = []
-    add = gallery.add_packed
-
-    def noting(new, failures=()):
-        if len(sizes) == 2:
-            raise GalleryError("gallery.db: the disk is full")
-        sizes.append(len(new))
-        return add(new, failures)
-
-    monkeypatch.setattr(gallery, "add_packed", noting)
-    monkeypatch.setattr(enrol_module, "PRINTS_PER_COMMIT", 8)
-    monkeypatch.setattr(enrol_module, "SECONDS_PER_COMMIT", 1e9)
-    files = sorted(folder.iterdir())
-    enrol(gallery, *files[:13])
-    assert sizes == [8, 5]
-    with pytest.raises(GalleryError, match="full"):
-        enrol(gallery, *files)
-
-
 RUN = """
 import sys
 import made_prints
 from fpmatch.gallery.engine.engine import processes
-from fpmatch.gallery.tasks.enrol import enrol
+from fpmatch.gallery.tasks import enrol
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.prints import find_prints
+enrol.PRINTS_PER_COMMIT = 8
 if __name__ == "__main__":
     with open_gallery(sys.argv[1], create=True) as gallery:
         tell = lambda stage, done, total: print(done, flush=True)
-        enrol(gallery, find_prints(sys.argv[2:3]), engine=processes(int(sys.argv[3])),
-              extractor=made_prints.extractor, progress=tell)
+        enrol.enrol(gallery, find_prints(sys.argv[2:]), engine=processes(1),
+                    extractor=made_prints.extractor, progress=tell)
 """
 
 
-@pytest.fixture
-def start(tmp_path):
-    """Return a function that starts a process that enrols a folder of slow prints."""
-    if sys.platform == "win32":
-        pytest.skip("sends POSIX signals")
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+def test_killed_at_any_moment_it_loses_nothing_and_goes_on(where, tmp_path):
     script, folder = tmp_path / "run.py", tmp_path / "slow"
     script.write_text(RUN)
     folder.mkdir()
     for number in range(60):
         (folder / f"{number}_1.tif").write_text(f"slow print {number}")
-
-    def begin(where, workers=1):
-        return subprocess.Popen(
-            [sys.executable, script, where, folder, str(workers)],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(HERE), *sys.path])},
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-
-    return begin
-
-
-def finish(where, *runs):
-    """Wait for some runs, and check that they have enrolled all slow prints."""
-    for run in runs:
-        run.communicate(timeout=60)
-        assert run.returncode == 0
-    with open_gallery(where) as gallery:
-        assert sorted(labels(gallery)) == sorted(f"{k}_1" for k in range(60))
-        assert gallery.failures() == []
-
-
-@pytest.mark.slow
-def test_killed_at_any_moment_it_loses_nothing_and_goes_on(where, start):
+    path = os.pathsep.join([str(Path(__file__).parents[1]), *sys.path])
+    command = [sys.executable, script, where, folder]
+    how = {"env": {**os.environ, "PYTHONPATH": path}, "stdout": subprocess.PIPE, "text": True}
     moments = random.Random(5)
     enrolled = kills = 0
-    for _ in range(3):
-        with start(where) as process:
+    for kill in (True, True, True, False):
+        with subprocess.Popen(command, **how) as process:
             for line in process.stdout:
-                if int(line) >= enrolled + 4:
+                if kill and int(line) >= enrolled + 4:
+                    time.sleep(moments.uniform(0, 0.15))
+                    process.send_signal(signal.SIGKILL)
                     break
-            time.sleep(moments.uniform(0, 0.15))
-            process.send_signal(signal.SIGKILL)
         kills += process.returncode == -signal.SIGKILL
         with open_gallery(where) as gallery:
             assert len(gallery) >= enrolled
             enrolled = len(gallery)
             assert sum(1 for _ in gallery.templates()) == enrolled
-    assert kills
-    finish(where, start(where))
+            assert gallery.failures() == []
+    assert (kills > 0, process.returncode, enrolled) == (True, 0, 60)
 
 
 def write_prints(folder, **fingers):
@@ -197,27 +149,16 @@ def write_prints(folder, **fingers):
     return folder
 
 
-@pytest.fixture
-def colliding(tmp_path):
-    """Return two folders of prints; in the second, names are those of other people."""
+def test_prints_that_join_other_people_are_counted_and_named(where, tmp_path):
     first = write_prints(tmp_path / "first", _1_1=1, _1_2=1, _2_1=2, _2_2=2)
-    return first, write_prints(tmp_path / "second", _1_3=11, _1_4=11, _2_3=2, _2_4=12, _3_1=3)
-
-
-@pytest.mark.parametrize("encrypt", [False, True])
-def test_prints_that_join_other_people_are_counted_and_named(where, colliding, encrypt, source):
-    first, second = colliding
-    with open_gallery(where, create=True, encrypt=encrypt) as gallery:
+    second = write_prints(tmp_path / "second", _1_3=11, _1_4=11, _2_3=2, _2_4=12, _3_1=3)
+    with open_gallery(where, create=True) as gallery:
         done = enrol(gallery, first, extractor=finger_extractor)
         assert (done.added, done.unmatched) == ({}, [])
         done = enrol(gallery, second, extractor=finger_extractor)
-        assert (done.enrolled, done.failures) == (5, [])
-        assert done.added == {"1": 2, "2": 2}
-        assert [Path(one.source).name for one in done.unmatched] == [
-            "1_3.tif",
-            "1_4.tif",
-            "2_4.tif",
-        ]
+        assert (done.enrolled, done.failures, done.added) == (5, [], {"1": 2, "2": 2})
+        unmatched = [Path(one.source).name for one in done.unmatched]
+        assert unmatched == ["1_3.tif", "1_4.tif", "2_4.tif"]
         reason = "1_3 does not match 1_1 or 1 other impressions: another finger"
         assert done.unmatched[0].reason.startswith(reason)
         again = enrol(gallery, second, extractor=finger_extractor)

@@ -1,64 +1,11 @@
-import importlib
 import json
 
-import pytest
-
-from fpmatch.errors import DatasetError
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.lab.evaluation import calibrate
-from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.matching.calibration import load_calibration
 from research.templates.making import make_templates
 
 
-@pytest.fixture
-def known_answers(monkeypatch, bench):
-    """Let the command run with a matcher and an extractor whose answers are known."""
-    known = calibrate.evaluate_matchers
-    command = importlib.import_module("fpmatch.lab.cli.calibrate")
-    monkeypatch.setattr(command, "get_matcher", lambda name: bench.MATCHER)
-
-    def evaluate(*given, **options):
-        return known(*given, **{**options, "reading": Reading(extractor=bench.extractor)})
-
-    monkeypatch.setattr(calibrate, "evaluate_matchers", evaluate)
-
-
-@pytest.mark.usefixtures("known_answers")
-def test_the_file_is_a_calibration_and_the_reach_is_told(run, make_database, tmp_path):
-    database = make_database(fingers=10, impressions=5)
-    output = tmp_path / "calibration.json"
-    result = run("calibrate", database, "-o", output, "--matcher", "fake", "--workers", 1)
-    assert (result.exit_code, result.stderr) == (0, "")
-    calibration = load_calibration("fake", output)
-    assert calibration.provenance.impostors == 1125
-    assert calibration.provenance.fingers == 10
-    first, *lines = result.stdout.splitlines()
-    assert first == str(output)
-    assert any(line.startswith("  Measured ") and " 17.5, " in line for line in lines)
-    as_json = run("calibrate", database, "-o", output, "--matcher", "fake", "--json")
-    assert json.loads(as_json.stdout)["largest_measured_score"] == pytest.approx(
-        calibration.largest_measured_score
-    )
-
-
-def test_the_default_matcher_is_calibrated_before_pairs_are_held_against_chance(
-    run, make_database, monkeypatch, tmp_path
-):
-    used = []
-
-    def evaluate(datasets, matchers, **_):
-        used.append(matchers[0].name)
-        raise DatasetError("that is all")
-
-    monkeypatch.setattr(calibrate, "evaluate_matchers", evaluate)
-    database = make_database(fingers=2, impressions=2)
-    run("calibrate", database, "-o", tmp_path / "c.json", "--workers", 1)
-    assert used == ["unit-circle:beyond_share=0"]
-
-
-@pytest.mark.slow
 def test_scores_of_the_default_matcher_are_refused_with_the_reason_and_the_command(run, tmp_path):
     """The command that the reason names makes a file that is taken: as the prints are."""
     prints = tmp_path / "prints.db"
@@ -83,5 +30,10 @@ def test_scores_of_the_default_matcher_are_refused_with_the_reason_and_the_comma
     for source in (scores, prints):
         done = run("calibrate", source, "-o", output)
         assert done.exit_code == 0, done.stderr
+        assert done.stdout.startswith(f"{output}\n  Matcher     unit-circle\n")
         calibrations.append(output.read_bytes())
     assert calibrations[0] == calibrations[1]
+    report = json.loads(run("calibrate", scores, "-o", output, "--json").stdout)
+    calibration = load_calibration("unit-circle", output)
+    assert report["largest_measured_score"] == calibration.largest_measured_score
+    assert report["impostors"] == calibration.provenance.impostors

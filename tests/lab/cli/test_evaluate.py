@@ -1,4 +1,3 @@
-import importlib
 import json
 
 import pytest
@@ -7,7 +6,7 @@ from PIL import Image
 from fpmatch.image.io.grey import RawSize
 from fpmatch.lab.evaluation import run as work
 from fpmatch.lab.evaluation.databases import extraction
-from tests.conftest import assert_refused, copied
+from tests.conftest import copied
 
 KEYS = ["matcher", "sets", "mean", "pooled", "intervals", "dpi_assumed", "notes"]
 
@@ -60,13 +59,6 @@ def test_report_is_one_page(evaluate, database, tmp_path):
     assert (result.exit_code, f"{folder / 'index.html'}\n" in result.stderr) == (1, True)
     assert [path.name for path in folder.iterdir()] == ["index.html"]
     assert "<li>3_3.tif: " in (folder / "index.html").read_text(encoding="utf-8")
-
-
-def test_a_report_without_matplotlib_is_refused_before_any_work(evaluate, database, monkeypatch):
-    style = importlib.import_module("fpmatch.lab.plots.style")
-    monkeypatch.setattr(style, "find_spec", lambda name: None)
-    assert_refused(evaluate(database, "--report", database / "report"), "matplotlib")
-    assert not (database / "report").exists()
 
 
 @pytest.mark.usefixtures("known_answers")

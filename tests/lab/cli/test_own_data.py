@@ -1,11 +1,10 @@
 """People's own data at the command line: manifests, folders, patterns, pairs, galleries."""
 
-import json
 import shutil
 
 import pytest
 
-from tests.conftest import assert_refused, rows_of
+from tests.conftest import rows_of
 
 
 @pytest.fixture
@@ -26,21 +25,6 @@ def scans(prints, tmp_path):
     return folder
 
 
-def test_a_gallery_of_a_manifest_has_its_fingers_and_finds_its_probes(run, scans, tmp_path):
-    database, manifest = tmp_path / "own.db", scans / "manifest.csv"
-    document = json.loads(run("enrol", database, manifest, "--workers", 1, "--json").stdout)
-    assert document["failed"] == 0
-    listed = json.loads(run("gallery", "list", database, "--json").stdout)
-    labels = {(e["subject"], e["finger"], e["impression"]) for e in listed}
-    assert ("1", "left index", "1") in labels
-    found = json.loads(run("identify", database, manifest, "--json").stdout)
-    assert len(found["probes"]) == document["enrolled"] == len(listed)
-    by_folder = tmp_path / "folders.db"
-    assert run("enrol", by_folder, tmp_path / "people", "--workers", 1).exit_code == 0
-    listed = json.loads(run("gallery", "list", by_folder, "--json").stdout)
-    assert {(e["subject"], e["finger"]) for e in listed} == {label[:2] for label in labels}
-
-
 def test_score_knows_genuine_pairs_from_lists_and_manifests(run, prints, scans, tmp_path):
     out, listed, copy = (tmp_path / name for name in ("scores.csv", "list.txt", "copy.csv"))
 
@@ -58,8 +42,3 @@ def test_score_knows_genuine_pairs_from_lists_and_manifests(run, prints, scans, 
     rows = scored(prints, prints, "--pairs", listed)
     assert [(r["reference"], r["genuine"]) for r in rows] == [("2_1.png", "1"), ("1_2.png", "0")]
     assert {row["genuine"] for row in scored(scans, tmp_path / "people")} == {""}
-
-
-def test_options_that_exclude_each_other(run, prints, tmp_path):
-    assert_refused(run("evaluate", prints, "--pattern", "("), "pattern '('")
-    assert_refused(run("evaluate", tmp_path / "gone", "--by-folder"), "gone: ")

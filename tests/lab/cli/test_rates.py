@@ -48,7 +48,7 @@ def test_a_full_disk_does_not_cost_the_rates(run, tmp_path, tiny_disk, option, n
     path.write_text("probe,reference,score\n1_1,1_2,9\n1_1,2_1,1\n")
     (tiny_disk / "fill").write_bytes(bytes(61_440))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.lab.evaluation.report.tables.csv_lines", lambda rows: bytes(9000))
+        patch.setattr("fpmatch.lab.evaluation.report.text.csv_lines", lambda rows: bytes(9000))
         result = run("rates", path, option, tiny_disk / name)
     assert result.exit_code == 2
     assert result.stdout == run("rates", path).stdout != ""

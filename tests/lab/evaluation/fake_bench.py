@@ -1,7 +1,5 @@
 """A matcher and an extractor whose answers are known; a module, so that workers can import it."""
 
-import time
-
 import numpy as np
 
 from fpmatch.errors import ImageReadError
@@ -32,11 +30,6 @@ def extractor(path, dpi):
     finger, number = map(int, path.stem.split("_"))
     x = 100 * finger + SPREAD * np.random.default_rng([finger, number]).standard_normal()
     return Template(Minutiae([x], [0.0], [0.0]), 10, 10, dpi or 500.0)
-
-
-def slow_extractor(path, dpi):
-    time.sleep(0.2)
-    return extractor(path, dpi)
 
 
 class Fake(Matcher):

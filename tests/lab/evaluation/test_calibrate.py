@@ -11,24 +11,22 @@ import fpmatch
 from fpmatch.errors import DatasetError, MatcherError
 from fpmatch.lab.evaluation import calibrate
 from fpmatch.lab.evaluation.calibrate import (
-    ImpostorSet,
     calibrate_on,
     calibration_text,
     fit_calibration,
     gather_impostors,
-    impostors_of_report,
     report_calibration,
 )
 from fpmatch.lab.evaluation.databases.extraction import Reading
-from fpmatch.lab.evaluation.rates.scores_set import Trials
+from fpmatch.lab.evaluation.rates.scores import Trials
 from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
-from fpmatch.matching.calibration import Calibration, score_to_fmr
+from fpmatch.matching.calibration import score_to_fmr
 
 
 def test_fits_the_impostors_of_all_sets_without_failed_prints(options, make_database):
     folders = [make_database(name, fingers=10, contents={"3_3": "broken"}) for name in "ab"]
     report = evaluate(folders, **options)
-    calibration = calibrate_on(impostors_of_report(report), report.matcher, "here")
+    calibration = calibrate_on(report.impostors, report.matcher, "here")
     impostors = np.concatenate([one.split()[1] for one in report.scores])
     expected = fit_calibration(impostors[impostors > 0])
     assert replace(calibration, provenance=expected.provenance) == expected
@@ -65,35 +63,6 @@ def test_score_is_the_fmr_of_fitted_and_of_fresh_impostors(kind):
         assert np.mean(scores >= score) <= most * score_to_fmr(score)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_score_increases_and_its_tail_never_steepens(kind):
-    calibration = fit_calibration(drawn(kind))
-    first, last = calibration.knots[0][0], calibration.knots[-1][0]
-    scores = calibration.scores(np.linspace(first, last + 5 * (last - first), 5000))
-    assert (np.diff(scores[scores < 100]) > 0).all()
-    assert (np.diff(scores) >= 0).all()
-    assert scores[0] == 0.0
-    tail = calibration.scores(last + calibration.tail_scale * np.linspace(0, 10, 200))
-    assert np.isfinite(tail).all()
-    assert (np.diff(np.diff(tail[tail < 100])) <= 1e-9).all()
-    assert tail[0] == pytest.approx(calibration.knots[-1][1])
-
-
-def test_empirical_part_ends_where_impostors_get_few():
-    s = drawn("exponential", 5000)
-    last, score = fit_calibration(s).knots[-1]
-    assert (s >= last - 1e-8).sum() == 20
-    assert score == pytest.approx(-10 * math.log10(20 / 5000))
-
-
-def test_exponential_tail_is_recovered_where_it_may_be(monkeypatch):
-    s = np.random.default_rng(3).exponential(0.1, 100_000)
-    x = 0.1 * math.log(1e6)
-    assert 45.0 < fit_calibration(s).score(x) < 55.0
-    monkeypatch.setattr(calibrate, "MIN_SHAPE", 0.0)
-    assert fit_calibration(s).score(x) == pytest.approx(60.0, abs=6.0)
-
-
 def test_weighted_comparisons_count_by_their_weight():
     rng = np.random.default_rng(5)
     low, high = rng.exponential(0.1, 20_000), 1.0 + rng.exponential(0.1, 20_000)
@@ -121,12 +90,6 @@ def test_jump_of_the_curve_stays_a_jump():
     calibration = fit_calibration(s)
     assert calibration.knots[0] == (0.0, 0.0)
     assert calibration.knots[1] == (pytest.approx(1.0, abs=1e-3), pytest.approx(3.0103))
-
-
-def test_similarities_closer_than_the_digits_kept():
-    calibration = fit_calibration(drawn("close together"))
-    assert len(calibration.knots) == 2
-    assert calibration.score(2.0) == pytest.approx(-10 * math.log10(0.02), abs=0.5)
 
 
 @given(st.lists(st.floats(0, 1e6), min_size=30, max_size=80), st.randoms())
@@ -175,15 +138,15 @@ def test_scores_and_folders_give_the_same(gathering, report, tmp_path):
     folders = [row.source.dataset.impressions[0].path.parent for row in report.sets]
     how = {"workers": 1, "reading": gathering["reading"], "scores": scores}
     evaluate_matchers(folders, [gathering["matcher"]], **how)
-    expected = impostors_of_report(report)
-    assert sum(one.trials.similarity.size for one in expected) == 252 - 21 + 240
+    expected = report.impostors
+    assert sum(one.similarity.size for one in expected) == 252 - 21 + 240
     for sources in (folders, [scores]):
         found = gather_impostors(sources, **gathering)
         assert [one.name for one in found] == ["set, one", "b"]
         for one, other in zip(found, expected, strict=True):
-            assert not one.trials.genuine.any()
-            assert one.trials.fingers == other.trials.fingers
-            np.testing.assert_array_equal(one.trials.similarity, other.trials.similarity)
+            assert not one.genuine.any()
+            assert one.fingers == other.fingers
+            np.testing.assert_array_equal(one.similarity, other.similarity)
     for sources, name in (([scores, scores], "set, one"), ([scores, folders[1]], "b")):
         with pytest.raises(DatasetError, match=f"{name}: this database is given twice"):
             gather_impostors(sources, **gathering)
@@ -205,7 +168,7 @@ def impostor_set(name, seed, fingers=12, impressions=5):
     i, j = np.triu_indices(finger.size, k=1)
     apart = finger[i] != finger[j]
     similarity = np.random.default_rng(seed).exponential(1.0, i.size)[apart]
-    return ImpostorSet(name, Trials(similarity, finger[i][apart], finger[j][apart], fingers))
+    return Trials(similarity, finger[i][apart], finger[j][apart], fingers, name)
 
 
 SETS = [impostor_set("ours", 0), impostor_set("theirs", 1)]
@@ -221,7 +184,6 @@ def test_the_largest_measured_score_is_where_the_knots_end():
     assert low <= found["smallest_measured_fmr"] <= high
     assert found["smallest_measured_fmr"] == pytest.approx(20 / 3300)
     assert found["highest_impostor_score"] > found["largest_measured_score"]
-    assert found["package_calibration"] == []
     text = calibration_text(found)
     assert "3,300 impostor comparisons\n              of 24 fingers (2 databases)" in text
     assert "Measured    up to score 22.2, a false match rate of 1 in 160" in text
@@ -229,21 +191,10 @@ def test_the_largest_measured_score_is_where_the_knots_end():
     assert "200,000 impostor comparisons" in text
 
 
-def test_share_that_reached_a_score_by_the_packages_own_calibration(monkeypatch):
-    ten_a_unit = Calibration(((0.0, 0.0), (9.0, 90.0)), tail_scale=1.0)
-    monkeypatch.setattr(calibrate, "calibration_of", lambda name: ten_a_unit)
-    found = report_calibration(CALIBRATION, SETS, bootstrap=20)
-    pooled = np.concatenate([one.trials.similarity for one in SETS])
-    assert found["package_calibration"] == [
-        {"score": at, "fmr": np.mean(pooled >= at / 10)} for at in (20.0, 30.0)
-    ]
-    assert "As supplied 1 in 7.6 reach 20 on the package" in calibration_text(found)
-
-
 def test_scores_of_unknown_fingers_have_no_interval():
     rng = np.random.default_rng(3)
     unknown = Trials(rng.exponential(size=2000), np.zeros(2000, int), np.ones(2000, int), 0)
-    sets = [ImpostorSet("scores", unknown)]
+    sets = [unknown]
     found = report_calibration(calibrate_on(sets, "fake"), sets)
     assert (found["smallest_measured_fmr_interval"], found["fingers"]) == (None, 0)
     assert "of unknown fingers" in calibration_text(found)

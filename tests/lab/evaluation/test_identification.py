@@ -19,7 +19,6 @@ from fpmatch.lab.evaluation.identification import (
 from tests.conftest import assert_refused, copied
 
 HEAD = "probe,subject,score\n"
-ENROLLED = {"1", "2", "3"}
 names = st.sampled_from("abcde")
 lists = st.dictionaries(st.sampled_from("abc"), st.integers(0, 4).map(float), max_size=3)
 
@@ -76,23 +75,14 @@ def test_intervals_are_of_the_subjects_and_hold_the_rates():
     assert fnir == sorted(fnir, reverse=True)
 
 
-def test_csv_and_json_lines_of_any_system_are_the_same_searches(tmp_path):
-    table, lines = tmp_path / "a.csv", tmp_path / "a.jsonl"
+def test_a_subject_counts_once_with_its_highest_score(tmp_path):
+    table = tmp_path / "a.csv"
     table.write_text(
         "rank,score,subject,probe,probe_subject\n"
         "1,7,2,x.png,ann\n2,5,3,x.png,ann\n3,4,2,x.png,ann\n,,,1_7.tif,\n"
     )
-    candidates = [{"subject": s, "score": v} for s, v in (("2", 7), ("3", 5), ("2", 4))]
-    documents = [
-        {"probe": "x.png", "probe_subject": "ann", "candidates": candidates},
-        {"probe": "1_7.tif", "candidates": [], "reason": "no template"},
-    ]
-    lines.write_text("".join(f"{json.dumps(one)}\n" for one in documents))
-    for file in (table, lines):
-        assert read_candidates(file, ENROLLED) == [
-            Search("ann", {"2": 7.0, "3": 5.0}),
-            Search("1", {}),
-        ]
+    searches = [Search("ann", {"2": 7.0, "3": 5.0}), Search("1", {})]
+    assert read_candidates(table, {"1", "2", "3"}) == searches
 
 
 @pytest.mark.parametrize(
@@ -107,13 +97,11 @@ def test_csv_and_json_lines_of_any_system_are_the_same_searches(tmp_path):
         (HEAD + "1_1,1,\n", "line 2: score '' is no finite number"),
         (HEAD + "9_1,1,5\n", "scores: no probe's subject is enrolled"),
         (b"\xff\xfe", "line 1: not a CSV file in UTF-8"),
-        ("{", "scores.jsonl: cannot be read as JSON lines"),
-        ('{"probe": "1_1"}\n', "line 1: a search has 'probe' and 'candidates'"),
         (None, "cannot be read"),
     ],
 )
 def test_lists_that_cannot_be_used_are_refused_in_one_line(run, tmp_path, content, reason):
-    path = tmp_path / ("scores.jsonl" if str(content).startswith("{") else "scores.csv")
+    path = tmp_path / "scores.csv"
     enrolled = tmp_path / "enrolled.csv"
     enrolled.write_text("subject\n1\n2\n")
     if content is not None:

@@ -4,37 +4,14 @@ import pytest
 
 from fpmatch import extract, save_template
 from fpmatch.errors import DatasetError
+from fpmatch.gallery.batch.sources import unpack
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.lab.evaluation.calibrate import gather_impostors
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.databases.extraction import Reading, extract_datasets, extract_image
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource, extract_image
 from fpmatch.lab.evaluation.run import evaluate
-
-
-@pytest.fixture
-def folder(make_database):
-    return make_database("prints", fingers=11, impressions=3, contents={"7_2": "broken"})
-
-
-def manifest_of(folder, finger_of=str):
-    rows = [path.stem.split("_") for path in folder.glob("*.tif")]
-    lines = [f"{folder.name}/{f}_{n}.tif,{finger_of(f)},{n}\n" for f, n in rows]
-    path = folder.with_suffix(".csv")
-    path.write_text("path,subject,impression\n" + "".join(lines), encoding="utf-8")
-    return path
-
-
-def test_calibrations_take_manifests(bench, folder):
-    options = {
-        "matcher": bench.MATCHER,
-        "reading": Reading(extractor=bench.extractor),
-        "workers": 1,
-    }
-    (by_name,) = gather_impostors([folder], **options)
-    (listed,) = gather_impostors([manifest_of(folder)], **options)
-    assert listed.name == "prints"
-    assert listed.trials.similarity.tolist() == by_name.trials.similarity.tolist()
 
 
 @pytest.fixture
@@ -59,16 +36,16 @@ def test_templates_and_galleries_are_compared_as_they_are(templates, tmp_path):
     by_file, by_entry = (evaluate([where], workers=1) for where in (folder, place))
     assert (by_file.genuine, by_file.impostor) == (by_entry.genuine, by_entry.impostor) == (2, 4)
     assert by_entry.sets[0].scores.prints[:2] == ("ada_left_1_1", "ada_left_1_2")
-    (extracted,) = extract_datasets([load_dataset(folder)], workers=1)
-    assert [one.template for one in extracted.extractions] == list(templates.values())
+    read = DatasetSource(load_dataset(folder)).templates(serial(), range(4))
+    assert [unpack(one.data) for one in read] == list(templates.values())
     assert by_entry.pooled.eer == by_file.pooled.eer == 0
     assert evaluate([mixed], workers=1).pooled.eer == 0
-    assert gather_impostors([place])[0].trials.similarity.size == 4
+    assert gather_impostors([place])[0].similarity.size == 4
     with open_gallery(place) as gallery:
         dataset = load_dataset(place)
         gallery.remove([gallery.numbers_of("ada")[0]])
     with pytest.raises(DatasetError, match="has been removed meanwhile"):
-        extract_datasets([dataset], workers=1)
+        evaluate(dataset, workers=1)
 
 
 def test_a_template_at_another_resolution_and_one_of_several_prints(template, tmp_path):

@@ -1,17 +1,27 @@
-"""A database to evaluate: a folder of prints, folders of fingers, a manifest or a gallery.
+"""A database to evaluate, and the genuine and impostor pairs of it that a protocol compares.
 
-In FVC's style it is a folder of prints ``FFF_M.ext``, finger FFF and impression M.
+It is a folder of prints, folders of fingers, a manifest or a gallery. In FVC's style it is a folder
+of prints ``FFF_M.ext``, finger FFF and impression M.
+
+References
+----------
+Maio, Maltoni, Cappelli, Wayman, Jain, "FVC2002: Second Fingerprint Verification Competition",
+ICPR 2002, for the "fvc" protocol.
 """
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections import Counter
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import DatasetError, ImageReadError
+import numpy as np
+
+from fpmatch.errors import DatasetError, ImageReadError, unknown_name
+from fpmatch.gallery.batch.plan import PairChunk
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import Label, NamePattern, entry_names
 from fpmatch.gallery.listing.folders import natural_key, prints_in
@@ -20,18 +30,42 @@ from fpmatch.gallery.listing.manifest import read_manifest
 from fpmatch.gallery.listing.print_file import number_impressions
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.image.dataset_folder import read_dataset_info
-from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
 
     from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.templates.minutiae import Template
 
+PROTOCOLS: Final = ("extended", "fvc")
+_BAND: Final = 256  # references that are compared with all probes before the next
+_LEAST_CHUNK, _MOST_CHUNK = 512, 4096  # pairs
 _PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
 _TABLES: Final = (".csv", ".tsv", ".txt")  # whose first row is then missing a column
 _FORMS: Final = "--pattern finds fingers in other names, and a manifest lists any"
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Impression:
+    """The file of one print, its finger, and which impression of the finger it is.
+
+    In a database the fingers are all numbers, as in FVC's names, or all names. `name` is the
+    print's in the database, by default the file's, as `csv_cell` makes it; `dpi` its own
+    resolution, where a manifest or a gallery states it.
+    """
+
+    finger: int | str
+    number: int
+    path: Path
+    name: str = ""
+    dpi: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", csv_cell(self.name or self.path.name))
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,21 +73,19 @@ class Dataset:
     """One database: its name is from ``dataset.toml``, else the folder's or the file's.
 
     `dpi` is the resolution of all prints (None: that of each file's own tag), and `sensor` is ""
-    where it is not known. Impressions are sorted by finger and number. `place` is the manifest or
-    gallery from which they are, else "" or a folder; `notes` are about the whole database.
+    where it is not known. Impressions are sorted by finger and number. `place` is the folder,
+    manifest or gallery from which they are; `notes` are about the whole database. `templates` are
+    those of all impressions where they are known already, None where there is none.
     """
 
     name: str
     dpi: float | None
     sensor: str
     impressions: tuple[Impression, ...]
-    place: str = ""
+    place: str
     notes: tuple[str, ...] = ()
-
-    @property
-    def in_gallery(self) -> bool:
-        """Whether the prints are templates in a gallery."""
-        return self.impressions[0].entry is not None
+    in_gallery: bool = False
+    templates: tuple[Template | None, ...] = ()
 
     def at(self, dpi: float | None) -> Dataset:
         """Return the database with all prints at `dpi`, unless that is None."""
@@ -118,44 +150,32 @@ def load_dataset(
     if not labelled and names is not None:
         why = f"no print fits the pattern {names.text}, as {files[0].name} does not"
         raise DatasetError(why, path=root, code="no names")
-    guessed = kind == "folder" and names is None and not by_folder
-    notes = _notes(len(files), [label for label, _ in labelled], guessed=guessed)
-    return _described(root, _by_label(root, labelled), str(place), notes)
-
-
-def _notes(files: int, labels: Sequence[Label], *, guessed: bool) -> tuple[str, ...]:
-    """Return notes on prints that are left out, and on folders `guessed` to be fingers."""
     notes = []
-    if (left_out := files - len(labels)) > 0:
-        notes.append(f"{left_out} of {files} prints do not fit the pattern; they are left out")
-    if guessed and not any(label.finger for label in labels):
+    if (left_out := len(files) - len(labelled)) > 0:
+        notes.append(f"{left_out} of {len(files)} prints do not fit the pattern; they are left out")
+    guessed = kind == "folder" and names is None and not by_folder
+    if guessed and not any(label.finger for label, _ in labelled):
         notes.append("each folder in it is taken for one finger (--pattern for other layouts)")
-    return tuple(notes)
+    return _described(root, _by_label(root, labelled), tuple(notes))
 
 
 def with_unique_names(datasets: Sequence[Dataset]) -> list[Dataset]:
     """Return databases with different names: a name that comes twice becomes the folder's."""
-    count = Counter(dataset.name for dataset in datasets)
-    return [
-        replace(dataset, name=_own_name(dataset)) if count[dataset.name] > 1 else dataset
-        for dataset in datasets
-    ]
-
-
-def _own_name(dataset: Dataset) -> str:
-    if dataset.place:
-        path = Path(dataset.place).resolve()
-        return csv_cell(path.stem if path.is_file() else path.name)
-    return csv_cell(dataset.impressions[0].path.resolve().parent.name)
+    count, unique = Counter(dataset.name for dataset in datasets), []
+    for dataset in datasets:
+        place = Path(dataset.place).resolve()
+        own = csv_cell(place.stem if place.is_file() else place.name)
+        unique.append(replace(dataset, name=own) if count[dataset.name] > 1 else dataset)
+    return unique
 
 
 def _described(
-    root: Path, impressions: Sequence[Impression], place: str = "", notes: tuple[str, ...] = ()
+    root: Path, impressions: Sequence[Impression], notes: tuple[str, ...] = ()
 ) -> Dataset:
     """Return the prints of a folder or manifest with what ``dataset.toml`` there states."""
     info = read_dataset_info(root if root.is_dir() else root.parent)
     name = info.name or (root.stem if root.is_file() else root.resolve().name)
-    return Dataset(csv_cell(name), info.dpi, info.sensor, tuple(impressions), place, notes)
+    return Dataset(csv_cell(name), info.dpi, info.sensor, tuple(impressions), str(root), notes)
 
 
 def _named_by_number(root: Path) -> list[Impression]:
@@ -213,10 +233,70 @@ def _of_gallery(place: str | os.PathLike[str]) -> Dataset:
     if not entries:
         raise DatasetError("the gallery is empty", path=title, code="empty")
     impressions = {
-        entry.label: Impression(
-            _finger(entry.label), 0, Path(entry.source), name, entry.dpi, entry.id
-        )
+        entry.label: Impression(_finger(entry.label), 0, Path(entry.source), name, entry.dpi)
         for entry, name in zip(entries, entry_names(entries), strict=True)
     }
     name = title if "://" in title else Path(title).stem
-    return Dataset(csv_cell(name), None, "", tuple(_numbered(impressions)), str(place), lost)
+    return Dataset(csv_cell(name), None, "", tuple(_numbered(impressions)), str(place), lost, True)
+
+
+class Pairs:
+    """The pairs to compare, as indices into a database's impressions: a plan for `score`.
+
+    `probe`, `reference` (N,): indices of the two impressions of each pair, probe < reference.
+    `genuine` (N,): whether both show the same finger. See `fpmatch.gallery.batch.plan.Plan`.
+    """
+
+    def __init__(
+        self, probe: NDArray[np.intp], reference: NDArray[np.intp], genuine: NDArray[np.bool_]
+    ) -> None:
+        self.probe, self.reference, self.genuine = probe, reference, genuine
+        self._size = min(max(len(self) // 64, _LEAST_CHUNK), _MOST_CHUNK)
+        self.number_of_chunks = -(-len(self) // self._size)
+        self.probes: Sequence[int] = np.unique(probe).tolist()
+        self.references: Sequence[int] = np.unique(reference).tolist()
+        content = np.stack([probe, reference, genuine])
+        self.identity = f"{hashlib.sha256(content.tobytes()).hexdigest()} by {self._size}"
+
+    def __len__(self) -> int:
+        return int(self.probe.size)
+
+    def chunks(self, start: int = 0) -> Iterator[PairChunk]:
+        """Yield the pairs in their order, from chunk number `start` on."""
+        for k in range(start * self._size, len(self), self._size):
+            part = slice(k, k + self._size)
+            sides = self.probe[part].astype(np.int32), self.reference[part].astype(np.int32)
+            yield PairChunk(*sides, self.genuine[part].astype(np.int8))
+
+
+def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") -> Pairs:
+    """Choose the pairs that a protocol compares.
+
+    Both protocols take every unordered pair of impressions of one finger as genuine. As impostor
+    pairs, "extended" takes all unordered pairs of impressions of different fingers, "fvc" only
+    those of the fingers' first impressions (their lowest numbers). `impressions`: a database's
+    impressions. `protocol`: "extended" or "fvc". Every probe is paired with the first 256
+    references, then with the next. Raises a `DatasetError` if the protocol is unknown.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from fpmatch.lab.evaluation.databases.dataset import PROTOCOLS, Impression, choose_pairs
+    >>> prints = [Impression(f, n, Path(f"{f}_{n}.tif")) for f in (1, 2) for n in (1, 2)]
+    >>> extended, fvc = (choose_pairs(prints, name) for name in PROTOCOLS)
+    >>> [(int(p.genuine.sum()), int((~p.genuine).sum())) for p in (extended, fvc)]
+    [(2, 4), (2, 1)]
+    """
+    if protocol not in PROTOCOLS:
+        raise DatasetError(unknown_name("protocol", protocol, PROTOCOLS))
+    _, finger = np.unique([str(one.finger) for one in impressions], return_inverse=True)
+    probe, reference = np.triu_indices(len(impressions), k=1)
+    order = np.argsort(reference // _BAND, kind="stable")
+    probe, reference = probe[order], reference[order]
+    genuine = finger[probe] == finger[reference]
+    if protocol == "fvc":
+        lowest = {i.finger: i.number for i in sorted(impressions, key=lambda i: -i.number)}
+        first = np.array([i.number == lowest[i.finger] for i in impressions], dtype=bool)
+        chosen = genuine | (first[probe] & first[reference])
+        probe, reference, genuine = probe[chosen], reference[chosen], genuine[chosen]
+    return Pairs(probe, reference, genuine)

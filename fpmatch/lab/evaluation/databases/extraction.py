@@ -1,23 +1,24 @@
-"""The prints of a database as a side of `fpmatch score`, and their templates."""
+"""The prints of a database as a side of `fpmatch score`, and how their images are read."""
 
 from __future__ import annotations
 
 import hashlib
-from contextlib import closing, nullcontext
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import DatasetError, without_path
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.batch.sources import GallerySource, StoredTemplate, pack, unpack
-from fpmatch.gallery.engine.engine import processes, serial
-from fpmatch.gallery.engine.workers import Progress, attempt_each, no_progress
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.engine.workers import attempt_each
 from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
 from fpmatch.gallery.store.stored_template import minutiae_digest
 from fpmatch.image.quality.print_quality import why_no_minutiae
+from fpmatch.lab.evaluation.rates.scores import NO_TEMPLATE
 from fpmatch.prints.reading import PrintReader, dpi_source
 
 if TYPE_CHECKING:
@@ -40,29 +41,6 @@ _READER: Final = PrintReader()
 
 
 @dataclass(frozen=True, slots=True)
-class Extraction:
-    """The template of one image, None where extraction failed or found no minutiae.
-
-    `reason` is then the reason, else "". `quality` is that of the image, 0 to 100; None where it
-    was not measured.
-    """
-
-    template: Template | None
-    reason: str
-    dpi_assumed: bool = False
-    notes: tuple[str, ...] = ()
-    quality: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class ExtractedSet:
-    """A database with the extractions of its impressions, in their order."""
-
-    dataset: Dataset
-    extractions: tuple[Extraction, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class Reading:
     """How the images of a database are read and their templates extracted.
 
@@ -82,27 +60,24 @@ class DatasetSource:
     """The prints of a database, as `fpmatch.gallery.batch.sources.PrintSource` describes.
 
     Templates are extracted when they are first needed, and kept in memory; those of a gallery are
-    taken as they are.
+    taken as they are, and so are those that the database has.
     """
 
     def __init__(self, dataset: Dataset, reading: Reading = Reading()) -> None:
         self.dataset, self._how = dataset, reading
-        first = dataset.impressions[0].path
-        self.place, self.title = dataset.place or str(first.parent), dataset.name
+        self.place, self.title = dataset.place, dataset.name
         self.names = [one.name for one in dataset.impressions]
         self.fingers = [str(one.finger) for one in dataset.impressions]
         self._files = [
-            PrintFile(
-                one.path,
-                one.dpi or dataset.dpi,
-                name=one.name,
-                place=Path(dataset.place) if dataset.place else None,
-            )
+            PrintFile(one.path, one.dpi or dataset.dpi, name=one.name, place=Path(dataset.place))
             for one in dataset.impressions
         ]
         self._on_dpi = resolution_notes([file.dpi for file in self._files])
         self._gallery = GallerySource(dataset.place) if dataset.in_gallery else None
-        self._made: dict[int, StoredTemplate] = {}
+        self._made = {
+            k: _stored(NO_TEMPLATE if one is None else ExtractedPrint(one))
+            for k, one in enumerate(dataset.templates)
+        }
         self._open: FolderReader[GreyImage | TemplateRecord] | None = None
         state = repr([_state(file) for file in self._files])
         if self._gallery is not None:
@@ -110,46 +85,36 @@ class DatasetSource:
         how = reading.polarity, reading.enhance, reading.graded, repr(reading.extractor)
         self.content_hash = hashlib.sha256(f"{state} {how}".encode()).hexdigest()
 
-    @classmethod
-    def of(cls, extracted: ExtractedSet) -> DatasetSource:
-        """Return a database whose templates are there."""
-        source = cls(extracted.dataset)
-        source._made = {
-            k: _stored(
-                one.reason
-                if one.template is None
-                else ExtractedPrint(one.template, quality=one.quality)
-            )
-            for k, one in enumerate(extracted.extractions)
-        }
-        return source
-
     def templates(
         self, engine: Engine, numbers: Sequence[int]
     ) -> Generator[StoredTemplate, None, None]:
         """Yield some prints by their ascending numbers; `engine` extracts them if necessary."""
-        if self._gallery is not None and not self._made:
-            place = {name: k for k, name in enumerate(self._gallery.names)}
-            if gone := [name for name in self.names if name not in place]:
-                raise DatasetError(f"{gone[0]} has been removed meanwhile", path=self.place)
-            at = {place[name]: k for k, name in enumerate(self.names)}
-            made = self._gallery.templates(engine, sorted(at))
-            self._made = {at[n]: one for n, one in zip(sorted(at), made, strict=True)}
-        missing = [n for n in numbers if n not in self._made]
-        if not missing:
-            yield from (self._made[n] for n in numbers)
-            return
-        work = partial(_on_file, self._how.extractor or self._extractor(engine))
-        files = [(self._files[n].path, self._files[n].dpi) for n in missing]
-        with closing(attempt_each(engine, work, files)) as attempts:
-            extracted = iter(attempts)
+        with closing(self._read(engine, [n for n in numbers if n not in self._made])) as made:
             for n in numbers:
                 if n not in self._made:
-                    _, attempt = next(extracted)
-                    reason = without_path(attempt.reason, self._files[n].path)
-                    one = _stored(attempt.result or reason)
-                    self._made[n] = replace(one, notes=(*one.notes, *self._on_dpi[n]))
+                    self._made[n] = next(made)
                 yield self._made[n]
+
+    def _read(
+        self, engine: Engine, numbers: Sequence[int]
+    ) -> Generator[StoredTemplate, None, None]:
+        """Yield some prints of the gallery or, extracted by the engine, of files."""
+        if self._gallery is not None:
+            place = {name: k for k, name in enumerate(self._gallery.names)}
+            if gone := [self.names[n] for n in numbers if self.names[n] not in place]:
+                raise DatasetError(f"{gone[0]} has been removed meanwhile", path=self.place)
+            yield from self._gallery.templates(engine, [place[self.names[n]] for n in numbers])
+            return
+        how: dict[str, Any] = {"enhance": self._how.enhance, "graded": self._how.graded}
+        extractor = self._how.extractor
+        if extractor is None:
+            extractor = partial(extract_image, reader=self._reader(engine), **how)
+        files = [(self._files[n].path, self._files[n].dpi) for n in numbers]
+        with closing(attempt_each(engine, partial(_on_file, extractor), files)) as attempts:
+            for n, (_, attempt) in zip(numbers, attempts, strict=True):
+                reason = without_path(attempt.reason, self._files[n].path)
+                one = _stored(attempt.result or reason)
+                yield replace(one, notes=(*one.notes, *self._on_dpi[n]))
 
     def read(self, name: str) -> tuple[Template, GreyImage | NDArray[np.uint8]]:
         """Return the template of a print, and its image; of a template its ridges are drawn."""
@@ -171,10 +136,6 @@ class DatasetSource:
             how: dict[str, Any] = {"polarity": self._how.polarity, "reader": self._how.reader}
             self._open = folder_reader(self._files, engine=engine, **how)
         return self._open
-
-    def _extractor(self, engine: Engine) -> Extractor:
-        how = {"enhance": self._how.enhance, "graded": self._how.graded}
-        return partial(extract_image, reader=self._reader(engine), **cast("Any", how))
 
 
 def extract_image(
@@ -202,36 +163,6 @@ def extract_image(
     source, on_dpi = dpi_source(template, given=dpi is not None, among_others=common)
     notes = image.notes if source == "assumed" else (*image.notes, *on_dpi)
     return ExtractedPrint(template, source == "assumed", notes, quality, why)
-
-
-def extract_datasets(
-    datasets: Sequence[Dataset],
-    *,
-    reading: Reading = Reading(),
-    workers: int | None = None,
-    engine: Engine | None = None,
-    progress: Progress = no_progress,
-) -> list[ExtractedSet]:
-    """Extract a template from every impression of some databases; failures are kept as such.
-
-    `datasets`: the databases; see `fpmatch.lab.evaluation.databases.dataset.load_dataset`.
-    `workers`: processes to use (default: one a core), or an `engine` to work on instead, which is
-    not released here. `progress` is called with the stage "extract" and numbers of images.
-    """
-    total, done = sum(len(one.impressions) for one in datasets), 0
-    progress("extract", done, total)
-    extracted = []
-    with processes(workers) if engine is None else nullcontext(engine) as place:
-        for dataset in datasets:
-            extractions = []
-            numbers = range(len(dataset.impressions))
-            for one in DatasetSource(dataset, reading).templates(place, numbers):
-                template = None if one.data is None else unpack(one.data)
-                beside = one.reason, one.dpi_assumed, one.notes, one.quality
-                extractions.append(Extraction(template, *beside))
-                progress("extract", done := done + 1, total)
-            extracted.append(ExtractedSet(dataset, tuple(extractions)))
-    return extracted
 
 
 def _on_file(extractor: Extractor, file: tuple[Path, float | None]) -> ExtractedPrint:

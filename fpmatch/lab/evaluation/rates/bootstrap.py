@@ -1,4 +1,4 @@
-"""Bootstrap of error rates over fingers: how rates scatter with other fingers.
+"""95 % intervals of error rates, by the bootstrap over fingers: how they scatter with others.
 
 The comparisons of a database are not independent: a poor finger affects all its pairs. Fingers are
 therefore drawn with replacement, as many as there are, never single comparisons. A finger drawn w
@@ -6,18 +6,25 @@ times counts w times in each of its genuine pairs; a pair of fingers drawn v and
 times as an impostor pair. A finger is never an impostor to a copy of itself. Where the fingers are
 not known, as in scores without names, single comparisons are drawn; rates then scatter too little.
 
+If no error occurs, every draw has none, which limits nothing: the limit is then one-sided, by
+Clopper and Pearson, where each finger is one trial, because its impressions are not independent.
+Nor are pairs of fingers that share one: for the EER, a trial is a pair of fingers, each finger in
+one pair.
+
 References
 ----------
 Snijders, Borgatti, "Non-parametric standard errors and tests for network statistics", Connections
 22 (1999), for the bootstrap of what is measured between pairs. Bolle, Ratha, Pankanti, "Error
 analysis of pattern recognition systems: the subsets bootstrap", CVIU 93 (2004), for fingers.
+Clopper, Pearson, "The use of confidence or fiducial limits illustrated in the case of the
+binomial", Biometrika 26 (1934); without an error it is about the rule of 3 of ISO/IEC 19795-1.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass
-from itertools import islice
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.random import default_rng
@@ -25,22 +32,26 @@ from numpy.random import default_rng
 from fpmatch.lab.evaluation.rates.error_rates import FMR_LIMITS, ROUNDING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.rates.scores_set import Trials
+    from fpmatch.lab.evaluation.rates.scores import Trials
 
     Counts = NDArray[np.int64]
 
 BOOTSTRAPPED: Final = ("eer", *FMR_LIMITS)
 """The rates that are bootstrapped; those that depend on one extreme score cannot be."""
 DEFAULT_BOOTSTRAP: Final = 1000
-_WEIGHTS_AT_A_TIME: Final = 1_000_000
+MIN_FINGERS: Final = 5  # of a database
+MIN_COMPARISONS: Final = 10  # of a kind, where the fingers are not known
+CONFIDENCE: Final = 0.95
+BOOTSTRAP: Final = "bootstrap"
+CLOPPER_PEARSON: Final = "clopper-pearson"
+CHANCE: Final = 0.5  # the EER of guessing, which no limit of an EER exceeds
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Replicates:
+class Replicates(NamedTuple):
     """The rates of every draw of fingers; NaN where a draw left no pairs of a kind.
 
     `sets` has shape (databases, draws, rates): the EER, then the FNMR at some FMRs; `pooled` has
@@ -49,11 +60,6 @@ class Replicates:
 
     sets: NDArray[np.float64]
     pooled: NDArray[np.float64]
-
-    @property
-    def mean(self) -> NDArray[np.float64]:
-        """The mean over the databases, of shape (draws, rates)."""
-        return np.asarray(self.sets.mean(axis=0))
 
 
 def draw_fingers(fingers: int, bootstrap: int, seed: int, set_index: int = 0) -> Counts:
@@ -79,19 +85,14 @@ def bootstrap_rates(
     """
     sets = np.empty((len(trials), bootstrap, 1 + len(limits)))
     pooled = np.empty((bootstrap, 1 + len(limits)))
+    ranked, together = [RankedScores([one]) for one in trials], RankedScores(trials)
     draws = [_draws(one, bootstrap, seed, k) for k, one in enumerate(trials)]
-    ranked = [RankedScores.of([one]) for one in trials]
-    together = RankedScores.of(trials)
-    step = max(1, _WEIGHTS_AT_A_TIME // max(1, sum(one.similarity.size for one in trials)))
-    for start in range(0, bootstrap, step):
-        rows = slice(start, min(start + step, bootstrap))
-        counts = [np.stack(list(islice(one, rows.stop - start))) for one in draws]
+    for n, counts in enumerate(zip(*draws, strict=True)):
         for k, drawn in enumerate(counts):
-            sets[k, rows] = ranked[k].rates(drawn, limits)
-        if len(trials) == 1:
-            pooled[rows] = sets[0, rows]
-        else:
-            pooled[rows] = together.rates(np.concatenate(counts, axis=1), limits)
+            sets[k, n] = ranked[k].rates(drawn, limits)
+        pooled[n] = sets[0, n]
+        if len(trials) > 1:
+            pooled[n] = together.rates(np.concatenate(counts), limits)
     return Replicates(sets, pooled)
 
 
@@ -127,104 +128,159 @@ def _draws(trials: Trials, bootstrap: int, seed: int, set_index: int) -> Iterato
         yield counts
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class RankedScores:
-    """The order of scores, so that the rates of a draw need only the weights of the pairs.
+    """The order of the scores of some databases, so that a draw needs only counts of its units.
 
-    A pair counts as often as its `first` unit was drawn times its `second` one, -1 for none; units
-    are the fingers, else comparisons, of one database after the other. Pairs are in increasing
-    order of score, `genuine` ones first. A threshold is every distinct score, then infinity:
-    `genuine_below` and `impostor_below` count the scores below each. For each impostor score,
-    `genuine_up_to` counts the genuine scores that are at most as high.
+    Units are the fingers, else the comparisons, of one database after the other. A pair counts as
+    often as its first unit was drawn times its second one, -1 for none.
     """
 
-    first: NDArray[np.intp]
-    second: NDArray[np.intp]
-    genuine: int
-    genuine_below: NDArray[np.intp]
-    impostor_below: NDArray[np.intp]
-    genuine_up_to: NDArray[np.intp]
-
-    @classmethod
-    def of(cls, trials: Sequence[Trials]) -> RankedScores:
-        """Rank the scores of some databases together."""
-        first, second, units = [], [], 0
+    def __init__(self, trials: Sequence[Trials]) -> None:
+        sides, units = [], 0
         for one in trials:
-            if one.fingers:
-                first.append(one.probe + units)
-                second.append(np.where(one.genuine, -1, one.reference + units))
-            else:
-                first.append(np.arange(one.genuine.size) + units)
-                second.append(np.full(one.genuine.size, -1))
+            second = np.where(one.genuine, -1, one.reference + units)
+            pairs = one.probe + units, second
+            if not one.fingers:
+                pairs = np.arange(one.genuine.size) + units, np.full(one.genuine.size, -1)
+            sides.append(np.stack(pairs))
             units += one.fingers or one.genuine.size
         similarity = np.concatenate([one.similarity for one in trials])
         genuine = np.concatenate([one.genuine for one in trials])
         order = np.lexsort((similarity, ~genuine))
-        count = int(genuine.sum())
-        ours, theirs = np.split(similarity[order], [count])
+        kinds = np.split(order, [genuine.sum()])
+        self._pairs = [np.concatenate(sides, axis=1)[:, kind] for kind in kinds]
+        ours, theirs = (similarity[kind] for kind in kinds)
         threshold = np.append(np.unique(similarity), np.inf)
-        return cls(
-            np.concatenate(first)[order],
-            np.concatenate(second)[order],
-            count,
-            np.searchsorted(ours, threshold, side="left"),
-            np.searchsorted(theirs, threshold, side="left"),
-            np.searchsorted(ours, theirs, side="right"),
-        )
+        self._below = [np.searchsorted(scores, threshold).tolist() for scores in (ours, theirs)]
+        self._genuine_up_to = np.searchsorted(ours, theirs, side="right")
 
     def rates(self, counts: Counts, limits: Sequence[float]) -> NDArray[np.float64]:
-        """Return the EER and the FNMR at the FMRs of `limits` for draws; NaN without both kinds.
+        """Return the EER and the FNMR at the FMRs of `limits` for a draw; NaN without both kinds.
 
-        `counts` (draws, units) is how often each unit was drawn.
+        `counts` (units,) is how often each unit was drawn.
         """
-        once = np.ones((len(counts), 1), np.int32)
-        drawn = np.concatenate([counts.astype(np.int32), once], axis=1)
-        weights = np.take(drawn, self.first, axis=1)
-        weights[:, self.genuine :] *= np.take(drawn, self.second[self.genuine :], axis=1)
-        below_g, below_i = map(_cumulated, np.split(weights, [self.genuine], axis=1))
-        rates = np.full((len(counts), 1 + len(limits)), np.nan)
-        usable = (below_g[:, -1] > 0) & (below_i[:, -1] > 0)
-        if not usable.any():
-            return rates
-        below_g, below_i = below_g[usable], below_i[usable]
-        total_g, total_i, rows = below_g[:, -1], below_i[:, -1], np.arange(usable.sum())
+        drawn = np.append(counts, 1)
+        genuine, impostor = (
+            np.append(0, np.cumsum(drawn[first] * drawn[second])) for first, second in self._pairs
+        )
+        if not genuine[-1] or not impostor[-1]:
+            return np.full(1 + len(limits), np.nan)
 
-        def fmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
-            return np.asarray((total_i - below_i[rows, self.impostor_below[t]]) / total_i)
+        def errors(threshold: int) -> tuple[float, float]:
+            """Return FMR and FNMR at a threshold, by its number."""
+            accepted = impostor[-1] - impostor[self._below[1][threshold]]
+            return accepted / impostor[-1], genuine[self._below[0][threshold]] / genuine[-1]
 
-        def fnmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
-            return np.asarray(below_g[rows, self.genuine_below[t]] / total_g)
+        def is_crossed(threshold: int) -> bool:
+            fmr, fnmr = errors(threshold)
+            return fmr <= fnmr
 
-        after = _first(lambda t: fmr(t) <= fnmr(t), self.genuine_below.size - 1, rows.size)
-        fall, rise = fmr(after - 1) - fnmr(after - 1), fnmr(after) - fmr(after)
-        way = fall / (fall + rise)
-        rates[usable, 0] = fmr(after - 1) + way * (fmr(after) - fmr(after - 1))
-        for column, limit in enumerate(limits, start=1):
-            needed = total_i - np.floor(limit * total_i + ROUNDING)
-
-            def reaches(k: NDArray[np.intp], needed: NDArray[Any] = needed) -> NDArray[np.bool_]:
-                return np.asarray(below_i[rows, k] >= needed)
-
-            kept = _first(reaches, self.genuine_up_to.size, rows.size)
-            rates[usable, column] = below_g[rows, self.genuine_up_to[kept - 1]] / total_g
-        return rates
+        after = bisect_left(range(len(self._below[0])), True, key=is_crossed)
+        (x0, y0), (x1, y1) = errors(after - 1), errors(after)
+        eer = x0 + (x0 - y0) / ((x0 - y0) + (y1 - x1)) * (x1 - x0)
+        needed = impostor[-1] - np.floor(np.multiply(limits, impostor[-1]) + ROUNDING)
+        rejected = self._genuine_up_to[np.searchsorted(impostor, needed) - 1]
+        return np.append(eer, genuine[rejected] / genuine[-1])
 
 
-def _cumulated(weights: NDArray[np.int32]) -> Counts:
-    """Return the weights of the first 0, 1, 2, … pairs in each draw."""
-    sums = np.zeros((len(weights), weights.shape[1] + 1), np.int64)
-    np.cumsum(weights, axis=1, out=sums[:, 1:])
-    return sums
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """The limits between which a rate lies, as fractions, and the method that gives them.
+
+    By Clopper and Pearson there is one limit: in none of the `trials`, or in each of them, the rate
+    shows. A trial is a `unit`: "finger", "pair of fingers", "subject" or, where the fingers are not
+    known, "comparison".
+    """
+
+    low: float
+    high: float
+    method: str = BOOTSTRAP
+    trials: int = 0
+    unit: str = ""
 
 
-def _first(
-    holds: Callable[[NDArray[np.intp]], NDArray[np.bool_]], last: int, rows: int
-) -> NDArray[np.intp]:
-    """Return for each row the first index of 1..last at which `holds`; at `last` it does."""
-    low, high = np.zeros(rows, np.intp), np.full(rows, last, np.intp)
-    while (high - low > 1).any():
-        middle = np.maximum((low + high) // 2, 1)
-        reached = holds(middle)
-        high = np.where(reached, middle, high)
-        low = np.where(reached, low, middle)
-    return high
+def rate_interval(
+    name: str,
+    rate: float | None,
+    draws: NDArray[np.float64] | None,
+    trials: Sequence[Trials],
+    *,
+    mean: bool = False,
+) -> Interval | None:
+    """Return the interval of the rate called `name`, of databases pooled or of their `mean`.
+
+    `draws` are its bootstrap replicates. There is no interval where there are too few fingers.
+    """
+    if rate is None:
+        return None
+    enough = draws is not None and all(map(_are_enough, trials))
+    drawn = interval_of(draws) if enough and draws is not None else None
+    known = all(one.fingers for one in trials)
+    counts = [_count(name, one) for one in trials]
+    number = len(counts) * min(counts) if mean else sum(counts)
+    unit = ("pair of fingers" if name == "eer" else "finger") if known else "comparison"
+    return with_limit(drawn, rate, number, unit, highest=CHANCE if name == "eer" else 1)
+
+
+def with_limit(
+    drawn: Interval | None, rate: float, trials: int, unit: str, *, highest: float = 1
+) -> Interval | None:
+    """Return the interval of a rate, of 0 or 1 the limit of so many trials, if that is wider.
+
+    A limit above `highest` states nothing, and gives no interval.
+    """
+    if 0 < rate < 1 or not trials:
+        return drawn
+    least = (1 - CONFIDENCE) ** (1 / trials)  # which solves p^n = 0.05
+    low, high = (least, 1.0) if rate else (0.0, 1 - least)
+    if high > highest or (drawn is not None and drawn.high - drawn.low > high - low):
+        return drawn
+    return Interval(low, high, CLOPPER_PEARSON, trials, unit)
+
+
+def interval_of(draws: NDArray[np.float64]) -> Interval | None:
+    """Return the limits that leave out 2.5 % of the draws on either side.
+
+    Draws without a rate are NaN; where these are half of them or more, there is no interval.
+    """
+    known = draws[np.isfinite(draws)]
+    if known.size <= draws.size / 2:
+        return None
+    low, high = np.quantile(known, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
+    return Interval(float(low), float(high))
+
+
+def interval_json(interval: Interval | None) -> list[float] | None:
+    """Return the limits as JSON values."""
+    return None if interval is None else [interval.low, interval.high]
+
+
+def bound_json(interval: Interval | None) -> dict[str, Any] | None:
+    """Return the basis of an interval with one limit as JSON values; None for any other."""
+    if interval is None or interval.method == BOOTSTRAP:
+        return None
+    return {"unit": interval.unit, "units": interval.trials, "method": interval.method}
+
+
+def _are_enough(trials: Trials) -> bool:
+    """Return whether there are enough fingers or, where they are not known, comparisons."""
+    if trials.fingers:
+        return trials.fingers >= MIN_FINGERS
+    genuine = int(trials.genuine.sum())
+    return min(genuine, trials.genuine.size - genuine) >= MIN_COMPARISONS
+
+
+def _count(name: str, trials: Trials) -> int:
+    """Return the number of independent trials of a database for a rate of 0 or 1.
+
+    For the EER it is that of the FNMR or of the FMR, whichever has fewer and so the higher limit.
+    """
+    genuine = trials.genuine
+    if not trials.fingers:
+        of_kinds = [int(genuine.sum()), int((~genuine).sum())]
+        return min(of_kinds) if name == "eer" else of_kinds[0]
+    mated = np.unique(trials.probe[genuine]).size
+    if name != "eer":
+        return mated
+    others = np.unique([trials.probe[~genuine], trials.reference[~genuine]]).size
+    return min(mated, others // 2)

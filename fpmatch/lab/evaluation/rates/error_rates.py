@@ -17,7 +17,7 @@ ZeroFMR and ZeroFNMR.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -25,6 +25,8 @@ import numpy as np
 from fpmatch.errors import DatasetError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import ArrayLike, NDArray
 
 FMR_LIMITS: Final = {"fmr100": 1 / 100, "fmr1000": 1 / 1000, "fmr10000": 1 / 10_000}
@@ -55,9 +57,6 @@ class Rates:
     d_prime: float | None = None
 
 
-NO_RATES: Final = Rates(None, None, None, None, None, None)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ErrorCurves:
     """FMR and FNMR at every distinct score in increasing order, then at infinity; shape (N,).
@@ -84,7 +83,7 @@ def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
     """
     g, i = _sorted_scores("genuine", genuine), _sorted_scores("impostor", impostor)
     if not g.size or not i.size:
-        return NO_RATES
+        return Rates(None, None, None, None, None, None)
     return Rates(
         eer=_equal_error_rate(error_curves(g, i)),
         **{name: fnmr_at_fmr(g, i, fmr) for name, fmr in FMR_LIMITS.items()},
@@ -92,6 +91,12 @@ def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
         zero_fnmr=float((i.size - np.searchsorted(i, g[0], side="left")) / i.size),
         d_prime=d_prime(g, i),
     )
+
+
+def mean_rates(rates: Iterable[Rates]) -> Rates:
+    """Return the mean of each rate; None where one is."""
+    columns = zip(*(astuple(one) for one in rates), strict=True)
+    return Rates(*(None if None in column else float(np.mean(column)) for column in columns))
 
 
 def d_prime(genuine: ArrayLike, impostor: ArrayLike) -> float | None:

@@ -20,21 +20,29 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.lab.evaluation.rates.bootstrap import BOOTSTRAPPED, DEFAULT_BOOTSTRAP, bootstrap_rates
-from fpmatch.lab.evaluation.rates.error_rates import FMR_LIMITS, error_rates, threshold_at_fmr
-from fpmatch.lab.evaluation.rates.intervals import (
+from fpmatch.lab.evaluation.rates.bootstrap import (
+    BOOTSTRAPPED,
+    DEFAULT_BOOTSTRAP,
     MIN_FINGERS,
+    bootstrap_rates,
     interval_json,
     interval_of,
 )
-from fpmatch.lab.evaluation.rates.scores_set import Trials
+from fpmatch.lab.evaluation.rates.error_rates import (
+    FMR_LIMITS,
+    error_rates,
+    mean_rates,
+    threshold_at_fmr,
+)
+from fpmatch.lab.evaluation.rates.scores import Trials
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
+    from fpmatch.lab.evaluation.rates.error_rates import Rates
+    from fpmatch.lab.evaluation.rates.scores import ScoresSet
 
 DECISION_FMRS: Final = (FMR_LIMITS["fmr1000"], FMR_LIMITS["fmr100"])
 """Decisions are those at the first of these that the pairs allow."""
@@ -42,12 +50,12 @@ DECISION_FMRS: Final = (FMR_LIMITS["fmr1000"], FMR_LIMITS["fmr100"])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Common:
-    """The pairs of a database that both runs compared, in one order, and their names."""
+    """The pairs of a database that both runs compared, in one order: `at` so in the later run."""
 
-    name: str
+    scores: ScoresSet
+    at: NDArray[np.intp]
     before: Trials
     now: Trials
-    pairs: list[tuple[str, str]]
 
 
 def compare_runs(
@@ -70,17 +78,23 @@ def compare_runs(
         names = "; ".join(", ".join(sorted(one.name for one in run)) for run in (before, now))
         raise DatasetError(f"the two runs have no genuine and impostor pairs in common: {names}")
     earlier, later = [one.before for one in common], [one.now for one in common]
-    rates_before, rates_now = (bootstrap_rates(run, bootstrap, seed) for run in (earlier, later))
+    draws_before, draws_now = (bootstrap_rates(run, bootstrap, seed) for run in (earlier, later))
+    rates = [(_rates([one.before]), _rates([one.now])) for one in common]
     enough = [bootstrap > 0 and one.fingers >= MIN_FINGERS for one in later]
-    changes = rates_now.sets - rates_before.sets
-    sets = [
-        _compare(one.name, [one], changes[k] if enough[k] else None) for k, one in enumerate(common)
+    changes = draws_now.sets - draws_before.sets
+    of_mean = draws_now.sets.mean(axis=0) - draws_before.sets.mean(axis=0)
+    of_pooled = draws_now.pooled - draws_before.pooled
+    shared = sum(one.at.size for one in common)
+    parts: list[Any] = [
+        (one.scores.name, one.at.size, *rates[k], changes[k] if enough[k] else None)
+        for k, one in enumerate(common)
     ]
-    of_mean = of_pooled = None
-    if all(enough):
-        of_mean = rates_now.mean - rates_before.mean
-        of_pooled = rates_now.pooled - rates_before.pooled
-    shared = sum(one["pairs"] for one in sets)
+    mean, pooled = map(mean_rates, zip(*rates, strict=True)), map(_rates, (earlier, later))
+    parts.append(("mean", shared, *mean, of_mean if all(enough) else None))
+    parts.append(("pooled", shared, *pooled, of_pooled if all(enough) else None))
+    compared = [
+        {"name": name, "pairs": pairs, **_differences(*values)} for name, pairs, *values in parts
+    ]
     same = [np.count_nonzero(one.before.similarity == one.now.similarity) for one in common]
     return {
         "before": before[0].matcher,
@@ -88,9 +102,9 @@ def compare_runs(
         "only_before": sum(one.probe.size for one in before) - shared,
         "only_now": sum(one.probe.size for one in now) - shared,
         "identical": int(sum(same)),
-        "sets": sets,
-        "mean": _mean(sets, of_mean),
-        "pooled": _compare("pooled", common, of_pooled),
+        "sets": compared[:-2],
+        "mean": compared[-2],
+        "pooled": compared[-1],
         "decisions": _decisions(common),
     }
 
@@ -108,10 +122,9 @@ def _in_common(before: ScoresSet, now: ScoresSet) -> _Common:
     renumbered = np.array([number.get(name, -1) for name in before.prints], np.intp)
     sides = renumbered[before.probe], renumbered[before.reference]
     earlier = np.flatnonzero((sides[0] >= 0) & (sides[1] >= 0))
-    size = len(now.prints)
     _, at_before, at_now = np.intersect1d(
-        _keys(sides[0][earlier], sides[1][earlier], size),
-        _keys(now.probe, now.reference, size),
+        _keys(sides[0][earlier], sides[1][earlier], len(number)),
+        _keys(now.probe, now.reference, len(number)),
         return_indices=True,
     )
     t = now.trials
@@ -121,69 +134,46 @@ def _in_common(before: ScoresSet, now: ScoresSet) -> _Common:
         both = flat[: at_now.size], flat[at_now.size :]
     trials = Trials(t.similarity[at_now], *both, fingers.size if t.fingers else 0)
     similarity = before.trials.similarity[earlier[at_before]]
-    names = [(now.prints[now.probe[k]], now.prints[now.reference[k]]) for k in at_now.tolist()]
-    return _Common(now.name, replace(trials, similarity=similarity), trials, names)
+    return _Common(now, at_now, replace(trials, similarity=similarity), trials)
 
 
 def _keys(probe: NDArray[np.intp], reference: NDArray[np.intp], size: int) -> NDArray[np.intp]:
     return np.asarray(np.minimum(probe, reference) * size + np.maximum(probe, reference))
 
 
-def _pooled(
-    common: Sequence[_Common],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Return similarities before and now, and which pairs are genuine, of all databases."""
-    return (
-        np.concatenate([c.before.similarity for c in common]),
-        np.concatenate([c.now.similarity for c in common]),
-        np.concatenate([c.now.genuine for c in common]),
-    )
+def _rates(trials: Sequence[Trials]) -> Rates:
+    """Return the rates of databases pooled."""
+    similarity = np.concatenate([one.similarity for one in trials])
+    genuine = np.concatenate([one.genuine for one in trials])
+    return error_rates(similarity[genuine], similarity[~genuine])
 
 
-def _difference(before: float, now: float, draws: NDArray[np.float64] | None) -> dict[str, Any]:
-    """Return a rate before and now, the 95 % interval of ``now - before``, and a verdict.
+def _differences(
+    before: Rates, now: Rates, changes: NDArray[np.float64] | None
+) -> dict[str, dict[str, Any]]:
+    """Return each rate before and now, the 95 % interval of ``now - before``, and a verdict.
 
-    `draws` are bootstrapped differences, None with too few fingers. There is no interval where
-    neither the rates nor those of any draw differ, which is "no change".
+    `changes` are bootstrapped differences, a column a rate; None with too few fingers. There is no
+    interval where neither the rates nor those of any draw differ, which is "no change".
     """
-    interval = None if draws is None else interval_of(draws)
-    if draws is not None and now == before and not np.nan_to_num(draws).any():
-        interval, verdict = None, "no change"
-    elif interval is None:
-        verdict = "too few fingers to tell"
-    elif interval.low <= 0 <= interval.high:
-        verdict = "within chance"
-    else:
-        verdict = "better" if now < before else "worse"
-    change = interval_json(interval)
-    return {"before": before, "now": now, "change_interval": change, "verdict": verdict}
-
-
-def _compare(
-    name: str, common: Sequence[_Common], draws: NDArray[np.float64] | None
-) -> dict[str, Any]:
-    """Compare the rates of databases pooled; `draws` are as for `_difference`, a column a rate."""
-    before, now, genuine = _pooled(common)
-    was, is_now = (error_rates(s[genuine], s[~genuine]) for s in (before, now))
-    document: dict[str, Any] = {"name": name, "pairs": int(genuine.size)}
+    differences = {}
     for column, rate in enumerate(BOOTSTRAPPED):
-        if (value := getattr(is_now, rate)) is not None:
-            drawn = None if draws is None else draws[:, column]
-            document[rate] = _difference(getattr(was, rate), value, drawn)
-    return document
-
-
-def _mean(sets: Sequence[dict[str, Any]], draws: NDArray[np.float64] | None) -> dict[str, Any]:
-    """Return the mean of each rate that all databases have; `draws` as for `_compare`."""
-    document: dict[str, Any] = {"name": "mean", "pairs": sum(one["pairs"] for one in sets)}
-    for column, rate in enumerate(BOOTSTRAPPED):
-        if all(rate in one for one in sets):
-            was, is_now = (
-                float(np.mean([one[rate][when] for one in sets])) for when in ("before", "now")
-            )
-            drawn = None if draws is None else draws[:, column]
-            document[rate] = _difference(was, is_now, drawn)
-    return document
+        was, is_now = getattr(before, rate), getattr(now, rate)
+        if was is None or is_now is None:
+            continue
+        draws = None if changes is None else changes[:, column]
+        interval = None if draws is None else interval_of(draws)
+        if draws is not None and is_now == was and not np.nan_to_num(draws).any():
+            interval, verdict = None, "no change"
+        elif interval is None:
+            verdict = "too few fingers to tell"
+        elif interval.low <= 0 <= interval.high:
+            verdict = "within chance"
+        else:
+            verdict = "better" if is_now < was else "worse"
+        limits = {"change_interval": interval_json(interval), "verdict": verdict}
+        differences[rate] = {"before": was, "now": is_now, **limits}
+    return differences
 
 
 def _decisions(common: Sequence[_Common]) -> dict[str, Any] | None:
@@ -196,19 +186,25 @@ def _decisions(common: Sequence[_Common]) -> dict[str, Any] | None:
     """
     from scipy.stats import binomtest  # noqa: PLC0415  (imports for half a second)
 
-    before, now, genuine = _pooled(common)
+    before, now, genuine = (
+        np.concatenate(columns)
+        for columns in zip(
+            *((c.before.similarity, c.now.similarity, c.now.genuine) for c in common), strict=True
+        )
+    )
     for fmr in DECISION_FMRS:
         at_before, at_now = (threshold_at_fmr(s[~genuine], fmr) for s in (before, now))
         if at_before is not None and at_now is not None:
             break
     else:
         return None
-    named = [(c.name, *pair) for c in common for pair in c.pairs]
+    places = [(c.scores, k) for c in common for k in c.at.tolist()]
     was, accepted = (before > at_before) & genuine, (now > at_now) & genuine
     gained, lost = (
         [
-            dict(zip(("set", "probe", "reference"), named[k], strict=True))
-            for k in np.flatnonzero(changed).tolist()
+            {"set": scores.name, "probe": scores.prints[scores.probe[k]]}
+            | {"reference": scores.prints[scores.reference[k]]}
+            for scores, k in (places[n] for n in np.flatnonzero(changed).tolist())
         ]
         for changed in (accepted & ~was, was & ~accepted)
     )

@@ -1,4 +1,4 @@
-r"""Read files of scores: of fpmatch, or of any other matcher.
+r"""Scores of comparisons, read from files: of fpmatch, or of any other matcher.
 
 A file is CSV (comma, semicolon or tab) or Parquet. Its first line names the columns: ``probe`` and
 ``reference``, the names of the two prints; ``similarity`` or ``score``; and perhaps ``genuine`` (1
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -18,11 +19,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.batch.comparer import NO_TEMPLATE
-from fpmatch.gallery.listing.csv_rows import csv_rows
+from fpmatch.gallery.listing.csv_rows import csv_rows, row_error
 from fpmatch.gallery.listing.entry import NamePattern
 from fpmatch.gallery.listing.folders import natural_key
-from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials, filled, unnamed_set
 
 if TYPE_CHECKING:
     import os
@@ -30,15 +29,131 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    Numbers = NDArray[np.float64]
     FingerOf = Callable[[str], str | None]
 
+NO_TEMPLATE: Final = "no template"
 _PRINT_NAME: Final = re.compile(r"(\d+)_\d+(\.\w+)?", re.ASCII)
 _LABELS: Final = {"1": True, "genuine": True, "0": False, "impostor": False}
 _NO_SCORE: Final = frozenset({"", "nan", "na", "none", "null"})
 _FORM: Final = (
     "the first line names the columns: probe, reference, similarity or score, perhaps genuine"
 )
+_error: Final = partial(row_error, DatasetError)
 _NEEDS_PYARROW: Final = "Parquet needs pyarrow: pip install 'fpmatch[parquet]'"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trials:
+    """The comparisons of one database, its `name`: similarity and the two fingers, from 0 on.
+
+    `fingers` is 0 where the fingers are not known; `probe` and `reference` are then the same number
+    in genuine comparisons, different ones in impostor comparisons, and mean nothing else.
+    """
+
+    similarity: NDArray[np.float64]
+    probe: NDArray[np.intp]
+    reference: NDArray[np.intp]
+    fingers: int
+    name: str = ""
+
+    @classmethod
+    def without_fingers(cls, similarity: Numbers, genuine: NDArray[np.bool_]) -> Trials:
+        """Return comparisons of which it is only known whether they are genuine."""
+        return cls(similarity, np.zeros(genuine.size, np.intp), (~genuine).astype(np.intp), 0)
+
+    @property
+    def genuine(self) -> NDArray[np.bool_]:
+        """Whether both prints show the same finger."""
+        return np.asarray(self.probe == self.reference)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoresSet:
+    """The comparisons of one database by one matcher ("" where it is not known).
+
+    `matcher`, `name`: the matcher and the database. `prints`: names of the images; empty where they
+    are not known. `probe`, `reference` (N,): indices into `prints`; shape (0,) where the names are
+    not known. `trials`: similarities and fingers. `compared` (N,): False where a side has no
+    template; the similarity is then the lowest. `distances`: whether the similarities are
+    distances, taken negatively.
+    """
+
+    matcher: str
+    name: str
+    prints: tuple[str, ...]
+    probe: NDArray[np.intp]
+    reference: NDArray[np.intp]
+    trials: Trials
+    compared: NDArray[np.bool_]
+    distances: bool = False
+
+    @property
+    def impostors(self) -> Trials:
+        """The comparisons of different fingers, without those of prints that have no template."""
+        t, kept = self.trials, ~self.trials.genuine & self.compared
+        return Trials(t.similarity[kept], t.probe[kept], t.reference[kept], t.fingers, self.name)
+
+    @property
+    def never_compared(self) -> list[str]:
+        """Names of the prints none of whose comparisons has a score: failures to extract."""
+        alive = np.zeros(len(self.prints), bool)
+        if self.prints:
+            alive[self.probe[self.compared]] = alive[self.reference[self.compared]] = True
+        return [name for name, is_alive in zip(self.prints, alive, strict=True) if not is_alive]
+
+    def split(self) -> tuple[Numbers, Numbers]:
+        """Return the similarities of genuine and of impostor pairs."""
+        genuine = self.trials.genuine
+        return self.trials.similarity[genuine], self.trials.similarity[~genuine]
+
+
+def unnamed_set(
+    genuine: Numbers,
+    impostor: Numbers,
+    *,
+    matcher: str = "",
+    name: str = "scores",
+    distances: bool = False,
+) -> ScoresSet:
+    """Return scores whose prints and fingers are not known; NaN where a comparison failed."""
+    similarity = np.concatenate([genuine, impostor])
+    kind = np.arange(similarity.size) < genuine.size
+    trials = Trials.without_fingers(filled(similarity), kind)
+    nothing = np.empty(0, np.intp)
+    compared = np.isfinite(similarity)
+    return ScoresSet(matcher, name, (), nothing, nothing, trials, compared, distances)
+
+
+def filled(similarity: Numbers) -> Numbers:
+    """Return similarities with those of failed comparisons as low as any, and not above 0."""
+    failed = np.isnan(similarity)
+    lowest = min(0.0, float(similarity[~failed].min(initial=0.0)))
+    return np.where(failed, lowest, similarity)
+
+
+def ranks_of(scores: ScoresSet) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
+    """Search each impression of a database among all others, by the similarities of all pairs.
+
+    The result is the rank of each probe's own finger among all fingers, from 1 on, and that finger,
+    in the impressions' order; a finger counts by its most similar impression. It is None where not
+    all pairs were compared (protocol "fvc"), each once, the fingers are not known, or there are not
+    two of them, one with two impressions.
+    """
+    count, pairs, trials = len(scores.prints), scores.probe.size, scores.trials
+    if pairs != count * (count - 1) // 2 or trials.fingers < 2:
+        return None
+    finger = np.zeros(count, np.intp)
+    finger[scores.probe], finger[scores.reference] = trials.probe, trials.reference
+    probes = np.flatnonzero(np.bincount(finger)[finger] > 1)
+    if not probes.size:
+        return None
+    table = np.full((count, count), -np.inf)
+    table[scores.probe, scores.reference] = trials.similarity
+    table = np.maximum(table, table.T)[probes]
+    best = np.stack([table[:, finger == f].max(axis=1) for f in range(trials.fingers)])
+    own = best[finger[probes], np.arange(probes.size)]
+    return np.count_nonzero(best >= own, axis=0), finger[probes]  # the own finger is one of them
 
 
 def finger_in_name(pattern: str | None = None) -> FingerOf:
@@ -47,20 +162,16 @@ def finger_in_name(pattern: str | None = None) -> FingerOf:
     `pattern` is as for `fpmatch.gallery.listing.entry.NamePattern`; by default prints are named
     FFF_M, and the finger is FFF without leading zeros.
     """
-    if pattern is None:
-        return _finger_of_fvc_name
-    names = NamePattern(pattern)
+    names = None if pattern is None else NamePattern(pattern)
 
     def finger_of(name: str) -> str | None:
-        label = names.label(Path(name))
-        return None if label is None else repr(label.of_finger)
+        if names is not None:
+            label = names.label(Path(name))
+            return None if label is None else repr(label.of_finger)
+        parts = _PRINT_NAME.fullmatch(name)
+        return None if parts is None else str(int(parts[1]))
 
     return finger_of
-
-
-def _finger_of_fvc_name(name: str) -> str | None:
-    parts = _PRINT_NAME.fullmatch(name)
-    return None if parts is None else str(int(parts[1]))
 
 
 def read_scores(
@@ -68,16 +179,16 @@ def read_scores(
     *,
     name: str | None = None,
     distances: bool = False,
-    finger_of: Callable[[str, str], str | None] = lambda _, one: _finger_of_fvc_name(one),
+    finger_of: FingerOf = finger_in_name(),  # noqa: B008
 ) -> list[ScoresSet]:
     r"""Read a file of scores by matcher and database; this module describes the form.
 
     Comparisons of a print with itself are left out, and pairs that come in both orders count once
     if both have the same score. `name`: name of the database where there is no column ``set``
     (default: that of the file). `distances`: whether lower is more similar; the similarities are
-    then the distances, negative. `finger_of`: returns the finger of a print from the names of its
-    database and of the print, None where it is not known. Where the finger of any print is not
-    known, that of none is: all rows must then state ``genuine``.
+    then the distances, negative. `finger_of`: returns the finger in the name of a print, None where
+    it is not known. Where the finger of any print is not known, that of none is: all rows must then
+    state ``genuine``.
     Raises a `DatasetError` if the file is missing, no file of scores, or empty; for a malformed
     row or one that contradicts the names or another row, with its line.
 
@@ -93,8 +204,8 @@ def read_scores(
     >>> scores.name, scores.prints, scores.trials.genuine.tolist()
     ('mine', ('1_1', '2_1', '1_2'), [False, True])
     """
-    rows = _rows_of(path)
-    line, head = next(rows, (0, []))
+    table = _rows_of(path)
+    line, head = next(table, (0, []))
     places = {str(cell).strip().casefold(): k for k, cell in enumerate(head)}
     score = next((places[one] for one in ("similarity", "score") if one in places), None)
     if score is None or not {"probe", "reference"} <= places.keys():
@@ -102,7 +213,7 @@ def read_scores(
     read = [places.get(one, -1) for one in ("matcher", "set", "probe", "reference")]
     beside = places.get("genuine", -1), places.get("reason", -1)
     by_set: dict[tuple[str, str], list[Any]] = {}
-    for line, row in rows:
+    for line, row in table:
         cells = [*row, *[""] * (len(head) - len(row)), ""]
         if len(row) > len(head):
             raise _error(path, line, f"{len(row)} columns instead of {len(head)}")
@@ -119,15 +230,8 @@ def read_scores(
     if not by_set:
         raise DatasetError("holds no comparison", path=path)
     return [
-        _as_set(
-            path,
-            of_set,
-            partial(finger_of, name),
-            matcher=matcher,
-            name=name,
-            distances=distances,
-        )
-        for (matcher, name), of_set in by_set.items()
+        _as_set(path, rows, finger_of, matcher=matcher, name=name, distances=distances)
+        for (matcher, name), rows in by_set.items()
     ]
 
 
@@ -232,10 +336,6 @@ def _as_set(
         compared=compared[kept],
         **about,
     )
-
-
-def _error(path: str | os.PathLike[str], line: int, why: str) -> DatasetError:
-    return DatasetError(f"line {line}: {why}", path=path, code="malformed row")
 
 
 def _number(path: str | os.PathLike[str], line: int, cell: Any) -> float:

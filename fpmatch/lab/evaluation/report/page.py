@@ -6,18 +6,21 @@ import base64
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from fpmatch._version import __version__
 from fpmatch.base.folders import make_folder
 from fpmatch.base.html import page_templates
 from fpmatch.base.output import atomic_write_bytes, check_writable
-from fpmatch.gallery.batch.decision import calibration_of, matches, rho_of
+from fpmatch.drawing.overlay.draw import draw
+from fpmatch.drawing.scene.raster import reduced, webp_bytes
+from fpmatch.errors import FpmatchError
 from fpmatch.lab.evaluation.report.figures import det_curves, det_figure, score_figure
-from fpmatch.lab.evaluation.report.hardest import hardest_pairs
 from fpmatch.lab.evaluation.report.results import split_scores
 from fpmatch.lab.evaluation.report.text import as_text
 from fpmatch.lab.plots.style import PLOT_DPI, check_matplotlib, figure_bytes, plain_style
-from fpmatch.matching.decision import DEFAULT_THRESHOLD
-from fpmatch.printable import printable_lines
+from fpmatch.matching.verify import verify
+from fpmatch.printable import count, printable_lines
 
 if TYPE_CHECKING:
     import os
@@ -25,9 +28,11 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from fpmatch.lab.evaluation.report.results import RatesReport
+    from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 
 PAGE_NAME: Final = "index.html"
+HARDEST: Final = 6  # pairs of a kind
+_PICTURE_WIDTH: Final = 900
 
 
 def prepare_page(folder: str | os.PathLike[str]) -> Path:
@@ -42,30 +47,22 @@ def prepare_page(folder: str | os.PathLike[str]) -> Path:
     return target
 
 
-def write_page(
-    folder: str | os.PathLike[str], results: Sequence[RatesReport], document: dict[str, Any]
-) -> Path:
-    """Write the page into a folder, made if missing, and return its file; errors as `prepare_page`.
+def write_page(path: Path, results: Sequence[RatesReport], document: dict[str, Any]) -> None:
+    """Write the page into the file that `prepare_page` returned.
 
-    The images of the databases are read again for the overlays.
+    `document` is what `report_document` returns of the results. The images of the databases are
+    read again for the overlays.
     """
-    target = prepare_page(folder)
-    atomic_write_bytes(target, printable_lines(page(results, document)).encode())
-    return target
-
-
-def page(results: Sequence[RatesReport], document: dict[str, Any]) -> str:
-    """Return the HTML that `write_page` writes; `document` is what `report_document` returns."""
     curves = det_curves(results)
-    baselines = [
-        one["baseline"] for one in document.get("matchers", [document]) if "baseline" in one
-    ]
+    matchers = document.get("matchers", [document])
+    baselines = [one["baseline"] for one in matchers if "baseline" in one]
     environment = page_templates("fpmatch.lab.evaluation.report")
     environment.filters["image"] = lambda data: base64.b64encode(data).decode("ascii")
     with plain_style():
         html = environment.get_template("page.html.j2").render(
             version=__version__,
             first=results[0],
+            prints=matchers[0]["pooled"]["prints"],
             text=as_text(document),
             det=_svg(det_figure(curves)) if curves else b"",
             matchers=[_section(one) for one in results],
@@ -75,7 +72,7 @@ def page(results: Sequence[RatesReport], document: dict[str, Any]) -> str:
                 if c["decisions"] and (c["decisions"]["gained"] or c["decisions"]["lost"])
             ],
         )
-    return f"{html.lstrip()}\n"
+    atomic_write_bytes(path, printable_lines(f"{html.lstrip()}\n").encode())
 
 
 def _section(report: RatesReport) -> dict[str, Any]:
@@ -83,7 +80,6 @@ def _section(report: RatesReport) -> dict[str, Any]:
     genuine, impostor = split_scores(report.sets)
     return {
         "name": report.matcher,
-        "decisions": _default_decisions(report),
         "scores": _svg(score_figure(report)) if genuine.size and impostor.size else b"",
         "hardest_genuine": hardest_pairs(report, genuine=True),
         "hardest_impostors": hardest_pairs(report, genuine=False),
@@ -94,25 +90,52 @@ def _svg(figure: Figure) -> bytes:
     return figure_bytes(figure, "figure.svg", PLOT_DPI)
 
 
-def _default_decisions(report: RatesReport) -> str:
-    """Return the errors of `verify` with its defaults, in a sentence; "" without a rule."""
-    rho = rho_of(report.matcher)
-    if rho is None and calibration_of(report.matcher) is None:
-        return ""
-    genuine, impostor = split_scores(report.sets)
-    missed = int((~matches(report.matcher, genuine)).sum())
-    matched = int(matches(report.matcher, impostor).sum())
-    rule = (
-        f"At the default threshold of {DEFAULT_THRESHOLD:g}"
-        if rho is None
-        else f"Where more than a share rho = {rho:g} of the minutiae must be paired"
-    )
+def hardest_pairs(
+    report: RatesReport, most: int = HARDEST, *, genuine: bool
+) -> list[dict[str, Any]]:
+    """Find the genuine pairs least similar, or the impostor pairs most similar, and draw them.
 
-    def share(number: int, total: int) -> str:
-        return f" ({100 * number / total:.3g} %)" if total else ""
+    The hardest come first. Each print comes once, so that one bad print does not fill the list;
+    pairs with a print that gave no template are left out. The images must still be there; of scores
+    from a file, the pairs are only named.
+    """
+    pairs = [
+        (row, k)
+        for row in report.sets
+        if row.scores.prints
+        for k in np.flatnonzero(
+            (row.scores.trials.genuine == genuine) & row.scores.compared
+        ).tolist()
+    ]
+    sign = 1 if genuine else -1
+    pairs.sort(key=lambda pair: sign * float(pair[0].scores.trials.similarity[pair[1]]))
+    hardest: list[dict[str, Any]] = []
+    seen: set[tuple[str, int]] = set()
+    for row, k in pairs:
+        sides = {(row.name, int(side[k])) for side in (row.scores.probe, row.scores.reference)}
+        if seen.isdisjoint(sides):
+            seen |= sides
+            hardest.append(_hard_pair(report.matcher, row, k))
+        if len(hardest) >= most:
+            break
+    return hardest
 
-    return (
-        f"{rule}, {missed:,} of {genuine.size:,} genuine pairs do not match"
-        f"{share(missed, genuine.size)}, and {matched:,} of {impostor.size:,} "
-        f"impostor pairs do{share(matched, impostor.size)}."
-    )
+
+def _hard_pair(matcher: str, row: SetRates, k: int) -> dict[str, Any]:
+    """Return names, similarity and, where the prints are known, a picture and a note on a pair."""
+    scores = row.scores
+    names = [scores.prints[side[k]] for side in (scores.probe, scores.reference)]
+    similarity = float(scores.trials.similarity[k]) * (-1 if scores.distances else 1)
+    pair = {"set": row.name, "names": names, "similarity": similarity, "note": ""}
+    if row.source is None:
+        return pair
+    try:
+        prints = [row.source.read(name) for name in names]
+        v = verify(*(template for template, _ in prints), matcher=matcher)
+        drawn = draw(prints[0][1], prints[1][1], v)
+    except FpmatchError as error:  # not a matcher of the package, or not calibrated
+        return pair | {"note": f"not drawn: {error}"}
+    note = f"{count(len(v.pairs), 'pair')} of minutiae, overlap {v.overlap:.0%}"
+    note += f"; {v.reason}" if v.reason else ""
+    picture = webp_bytes(reduced(drawn, width=_PICTURE_WIDTH, height=drawn.shape[0]))
+    return pair | {"score": v.score, "note": note, "picture": picture}

@@ -1,45 +1,53 @@
-"""The error rates of a matcher: a row a database, their mean, and all scores pooled."""
+"""The error rates of a matcher, and the report of a run as one JSON document.
+
+Text, tables and page are made of that document.
+"""
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import asdict, astuple, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import DatasetError
-from fpmatch.lab.evaluation.rates.error_rates import Rates, error_rates
-from fpmatch.lab.evaluation.rates.scores import (
-    finger_in_name,
-    read_genuine_and_impostor,
-    read_scores,
+from fpmatch.gallery.batch.decision import calibration_of
+from fpmatch.lab.evaluation.rates.bootstrap import (
+    BOOTSTRAP,
+    BOOTSTRAPPED,
+    CONFIDENCE,
+    DEFAULT_BOOTSTRAP,
+    bootstrap_rates,
+    bound_json,
+    draw_fingers,
+    interval_json,
+    rate_interval,
 )
-from fpmatch.lab.evaluation.rates.scores_set import ranks_of
+from fpmatch.lab.evaluation.rates.error_rates import (
+    POOLED,
+    Rates,
+    error_rates,
+    fnmr_at_fmr,
+    mean_rates,
+    threshold_at_fmr,
+)
+from fpmatch.lab.evaluation.rates.run_comparison import common_pairs, compare_runs
+from fpmatch.lab.evaluation.rates.scores import choose_matcher, ranks_of
 from fpmatch.lab.evaluation.report.text import rates_table
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import DatasetSource
-    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
+    from fpmatch.lab.evaluation.rates.bootstrap import Replicates
+    from fpmatch.lab.evaluation.rates.scores import ScoresSet, Trials
 
-    AnyPath = str | os.PathLike[str]
-
-UNKNOWN_FINGERS: Final = (
-    "its fingers are not known: comparisons are drawn for the 95 % intervals, which are too narrow "
-    "where fingers come in several comparisons; --pattern finds fingers in the names of prints"
-)
-PROBABLY_DISTANCES: Final = (
-    "genuine scores are mostly lower than impostor scores: distances need --distances"
-)
-_HALF: Final = 0.5
+WITH_INTERVALS: Final = (*BOOTSTRAPPED, "rank_one")
+"""The rates that have an interval; ZeroFMR and ZeroFNMR depend on one extreme score each."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +55,7 @@ class SetRates:
     """The error rates of one database.
 
     `scores`: its comparisons. `rates`: error rates as fractions. `ranks`: see
-    `fpmatch.lab.evaluation.rates.scores_set.ranks_of`. `failures`: prints that have no template
+    `fpmatch.lab.evaluation.rates.scores.ranks_of`. `failures`: prints that have no template
     (failures to extract) and why; they score lowest in all pairs. `about` is what is
     known of the prints: failures, notes, identical ones; `source` has the prints. Of scores from a
     file they are empty.
@@ -78,36 +86,13 @@ class SetRates:
         """Name of the database."""
         return self.scores.name
 
-    @property
-    def genuine(self) -> int:
-        """Number of genuine pairs compared."""
-        return int(self.scores.trials.genuine.sum())
-
-    @property
-    def impostor(self) -> int:
-        """Number of impostor pairs compared."""
-        return int((~self.scores.trials.genuine).sum())
-
-    @property
-    def prints(self) -> int:
-        """Number of impressions in the database; 0 where their names are not known."""
-        return len(self.scores.prints)
-
-    @property
-    def rank_one(self) -> float | None:
-        """Share of the probes whose own finger comes first; None where not all were compared."""
-        return None if self.ranks is None else float(np.mean(self.ranks[0] == 1))
-
     def as_json(self) -> dict[str, Any]:
         """Return the figures of the row as JSON values."""
-        document = {
-            "name": self.name,
-            **_figures(self, self.rates),
-            "failure_rate": len(self.failures) / max(1, self.prints),
-        }
+        figures = {"name": self.name, **_figures([self], self.rates)}
+        figures["failure_rate"] = figures["failures"] / max(1, figures["prints"])
         if "identical" in self.about:
-            document["identical"] = self.about["identical"]
-        return document
+            figures["identical"] = self.about["identical"]
+        return figures
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -128,15 +113,12 @@ class RatesReport:
     @classmethod
     def of(cls, sets: Sequence[SetRates], protocol: str = "") -> RatesReport:
         """Return the report on databases that one matcher has compared."""
-        columns = zip(*(astuple(row.rates) for row in sets), strict=True)
-        mean = Rates(*(None if None in column else float(np.mean(column)) for column in columns))
-        pooled = error_rates(*split_scores(sets))
+        mean, pooled = mean_rates(row.rates for row in sets), error_rates(*split_scores(sets))
         return cls(sets[0].scores.matcher, protocol, tuple(sets), mean, pooled)
 
     def __repr__(self) -> str:
-        sets, failed = len(self.sets), len(self.failures)
         pairs = f"{self.genuine} genuine and {self.impostor} impostor pairs"
-        counts = f"{count(sets, 'database')}, {pairs}, {failed} failed"
+        counts = f"{count(len(self.sets), 'database')}, {pairs}, {len(self.failures)} failed"
         eer = "no EER" if self.pooled.eer is None else f"EER {self.pooled.eer:.4f}"
         return f"{type(self).__name__}({self.matcher}, {counts}, {eer})"
 
@@ -147,19 +129,14 @@ class RatesReport:
         return f"<pre>{escape(self.as_text())}</pre>"
 
     @property
-    def prints(self) -> int:
-        """Number of impressions in all databases."""
-        return sum(row.prints for row in self.sets)
-
-    @property
     def genuine(self) -> int:
         """Number of genuine pairs in all databases."""
-        return sum(row.genuine for row in self.sets)
+        return split_scores(self.sets)[0].size
 
     @property
     def impostor(self) -> int:
         """Number of impostor pairs in all databases."""
-        return sum(row.impostor for row in self.sets)
+        return split_scores(self.sets)[1].size
 
     @property
     def failures(self) -> tuple[tuple[str, str], ...]:
@@ -167,15 +144,14 @@ class RatesReport:
         return tuple(failure for row in self.sets for failure in row.failures)
 
     @property
-    def rank_one(self) -> float | None:
-        """Share of all probes whose own finger comes first, each in its own database."""
-        ranks = [row.ranks[0] for row in self.sets if row.ranks is not None]
-        return float(np.mean(np.concatenate(ranks) == 1)) if len(ranks) == len(self.sets) else None
-
-    @property
     def scores(self) -> list[ScoresSet]:
         """The comparisons of each database."""
         return [replace(row.scores, matcher=self.matcher) for row in self.sets]
+
+    @property
+    def impostors(self) -> list[Trials]:
+        """The impostor comparisons of each database, none of a print without template."""
+        return [row.scores.impostors for row in self.sets]
 
     def as_text(self) -> str:
         """Return the table that `fpmatch evaluate` prints."""
@@ -186,8 +162,27 @@ class RatesReport:
         return {
             "sets": [row.as_json() for row in self.sets],
             "mean": asdict(self.mean),
-            "pooled": _figures(self, self.pooled),
+            "pooled": _figures(self.sets, self.pooled),
         }
+
+
+def _figures(sets: Sequence[SetRates], rates: Rates) -> dict[str, Any]:
+    """Return what is reported of a database, or of the scores of several together, as JSON.
+
+    The rank-1 rate is the share of the probes whose own finger comes first in their own database;
+    None where not all pairs were compared.
+    """
+    genuine, impostor = split_scores(sets)
+    ranks = [row.ranks[0] for row in sets if row.ranks is not None]
+    known = len(ranks) == len(sets)
+    return {
+        "genuine": genuine.size,
+        "impostor": impostor.size,
+        **asdict(rates),
+        "rank_one": float(np.mean(np.concatenate(ranks) == 1)) if known else None,
+        "prints": sum(len(row.scores.prints) for row in sets),
+        "failures": sum(len(row.failures) for row in sets),
+    }
 
 
 def split_scores(sets: Sequence[SetRates]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -199,84 +194,146 @@ def split_scores(sets: Sequence[SetRates]) -> tuple[NDArray[np.float64], NDArray
     return np.concatenate(genuine), np.concatenate(impostor)
 
 
-def evaluate_scores(
-    files: Sequence[AnyPath] = (),
+def report_document(
+    results: Sequence[RatesReport],
     *,
-    genuine_and_impostor: Sequence[tuple[AnyPath, AnyPath]] = (),
-    distances: bool = False,
-    pattern: str | None = None,
-) -> list[RatesReport]:
-    r"""Compute the error rates of scores in files, one report a matcher.
+    bootstrap: int = DEFAULT_BOOTSTRAP,
+    seed: int = 0,
+    fmrs: Sequence[float] = (),
+    baseline: Sequence[ScoresSet] | None = None,
+    baseline_name: str = "the baseline",
+) -> dict[str, Any]:
+    """Return rates, their 95 % intervals, and the comparison with other runs as JSON values.
 
-    `files`: files of scores, see `fpmatch.lab.evaluation.rates.scores`. Without a column
-    ``matcher``, or where files have scores of the same matcher and database, the matcher is named
-    after the file. Without a column ``set`` the database is the only one that other files name, if
-    any. `genuine_and_impostor`: files of genuine, and of impostor scores of a matcher, which is
-    named after the first. `distances`: whether lower scores are more similar. `pattern`: finds the
-    fingers in names of prints, as for `fpmatch.gallery.listing.entry.NamePattern`; by default
-    prints are named FFF_M. Raises a `DatasetError` if there is no file, one cannot be read, or a
-    matcher comes twice; a `GalleryError` if the pattern is none.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> from fpmatch.lab.evaluation.report.results import evaluate_scores
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "mine.csv")
-    ...     _ = file.write_text("probe,reference,score\n1_1,1_2,.9\n1_1,2_1,.2\n1_2,2_1,.1\n")
-    ...     (report,) = evaluate_scores([file])
-    >>> report.matcher, report.genuine, report.impostor, report.pooled.eer
-    ('mine', 1, 2, 0.0)
+    `bootstrap` is the number of replicates for the intervals (0: no intervals). With ten fingers an
+    interval is rough, and with fewer than five in a database there is none. A rate of 0 or 1 has
+    one limit. `baseline` is an earlier run: its comparisons by the same matcher, or by its only
+    one, are compared. `fmrs` are false match rates at which the FNMR is reported. Of several
+    matchers the first is compared with each other one that has pairs in common with it.
     """
-    of_name = finger_in_name(pattern)
-    given: list[tuple[Path, ScoresSet]] = []
-    for file in map(Path, files):
-        read = read_scores(
-            file, name="", distances=distances, finger_of=lambda _, name: of_name(name)
-        )
-        given += [(file, one) for one in read]
-    for genuine, impostor in genuine_and_impostor:
-        of_pair = read_genuine_and_impostor(genuine, impostor, distances=distances)
-        given.append((Path(genuine), replace(of_pair, name="")))
-    if not given:
-        raise DatasetError("no file of scores given")
-    named = {one.name for _, one in given if one.name}
-    name = named.pop() if len(named) == 1 else "scores"
-    given = [(file, one if one.name else replace(one, name=name)) for file, one in given]
-    times = Counter((one.matcher, one.name) for _, one in given)
-    by_matcher: dict[str, list[ScoresSet]] = {}
-    for file, one in given:
-        matcher = one.matcher
-        if not matcher or times[matcher, one.name] > 1:
-            matcher = f"{matcher} ({file.stem})" if matcher else file.stem
-        by_matcher.setdefault(matcher, []).append(replace(one, matcher=matcher))
-    for matcher, sets in by_matcher.items():
-        if len({one.name for one in sets}) < len(sets):
-            raise DatasetError(f"two files of scores of the same name: {matcher}")
-    return [RatesReport.of([SetRates.of(one) for one in sets]) for sets in by_matcher.values()]
+    draws = {"bootstrap": bootstrap, "seed": seed}
+    each = []
+    for report in results:
+        document = {"matcher": report.matcher, **report.as_json()}
+        if bootstrap:
+            document["intervals"] = _intervals(report, document, **draws)
+        if baseline is not None:
+            earlier = list(baseline)
+            if len({one.matcher for one in earlier}) > 1:
+                earlier = choose_matcher(earlier, report.matcher, baseline_name)
+            if (
+                len(earlier) == len(report.sets) == 1
+                and earlier[0].name == Path(baseline_name).stem
+            ):
+                earlier = [replace(earlier[0], name=report.sets[0].name)]  # that of its file only
+            compared = compare_runs(earlier, report.scores, **draws)
+            document["baseline"] = {"name": baseline_name, **compared}
+        if fmrs:
+            document["fnmr_at_fmr"] = _operating_points(report, fmrs, **draws)
+        each.append(document)
+    if len(each) == 1:
+        return each[0]
+    first, *others = (one.scores for one in results)
+    against = [compare_runs(first, one, **draws) for one in others if common_pairs(first, one)]
+    return {"matchers": each, "against_first": against}
 
 
-def notes_on(report: RatesReport) -> list[str]:
-    """Return what a user should know of how the scores of a report were understood."""
-    notes = []
-    if failed := sum(int((~one.compared).sum()) for one in report.scores):
-        total = sum(one.compared.size for one in report.scores)
-        notes.append(f"{failed:,} of {total:,} comparisons have no score and count as the lowest")
-    if not all(one.trials.fingers for one in report.scores):
-        notes.append(UNKNOWN_FINGERS)
-    if report.pooled.eer is not None and report.pooled.eer > _HALF:
-        notes.append(PROBABLY_DISTANCES)
-    return notes
-
-
-def _figures(row: SetRates | RatesReport, rates: Rates) -> dict[str, Any]:
-    """Return what is reported of one database, and of all scores pooled, as JSON values."""
+def _intervals(
+    report: RatesReport, document: dict[str, Any], bootstrap: int, seed: int
+) -> dict[str, Any]:
+    """Return the intervals of each database, of the mean, and of all scores pooled."""
+    trials = [one.trials for one in report.scores]
+    draws = bootstrap_rates(trials, bootstrap, seed)
+    hits = [_rank_one_draws(row, bootstrap, seed, k) for k, row in enumerate(report.sets)]
+    known = [one for one in hits if one is not None]
+    together = np.sum(known, axis=0) if len(known) == len(hits) else None
     return {
-        "genuine": row.genuine,
-        "impostor": row.impostor,
-        **asdict(rates),
-        "rank_one": row.rank_one,
-        "prints": row.prints,
-        "failures": len(row.failures),
+        "confidence": CONFIDENCE,
+        "method": BOOTSTRAP,
+        "bootstrap": bootstrap,
+        "seed": seed,
+        "sets": [
+            _limits(row, draws.sets[k], hits[k], [trials[k]])
+            for k, row in enumerate(document["sets"])
+        ],
+        "mean": _limits(document["mean"], draws.sets.mean(axis=0), None, trials, mean=True),
+        "pooled": _limits(document["pooled"], draws.pooled, together, trials),
     }
+
+
+def _limits(
+    rates: dict[str, Any],
+    draws: NDArray[np.float64],
+    hits: NDArray[np.float64] | None,
+    trials: Sequence[Trials],
+    *,
+    mean: bool = False,
+) -> dict[str, Any]:
+    """Return the intervals of the rates of some comparisons, of which `draws` and `hits` are."""
+    columns = dict(zip(BOOTSTRAPPED, draws.T, strict=True))
+    if hits is not None:
+        with np.errstate(invalid="ignore"):  # a draw without probes has no rate
+            columns["rank_one"] = hits[0] / hits[1]
+    intervals = {
+        name: rate_interval(name, rates.get(name), columns.get(name), trials, mean=mean)
+        for name in WITH_INTERVALS
+    }
+    bounds = {name: bound for name, one in intervals.items() if (bound := bound_json(one))}
+    return {**{name: interval_json(one) for name, one in intervals.items()}, "bounds": bounds}
+
+
+def _rank_one_draws(
+    row: SetRates, bootstrap: int, seed: int, set_index: int
+) -> NDArray[np.float64] | None:
+    """Return hits and probes of each draw, (2, draws); the drawn are searched among all fingers."""
+    if row.ranks is None:
+        return None
+    rank, finger = row.ranks
+    weights = draw_fingers(row.scores.trials.fingers, bootstrap, seed, set_index)[:, finger]
+    return np.stack([weights @ (rank == 1), weights.sum(axis=1)]).astype(np.float64)
+
+
+def _operating_points(
+    report: RatesReport, fmrs: Sequence[float], bootstrap: int, seed: int
+) -> list[dict[str, Any]]:
+    """Return the FNMR at the lowest threshold with at most each FMR, of each database and of all.
+
+    The `threshold` is the least score that matches, of distances the greatest; None where no pair
+    matches.
+    """
+    trials = [one.trials for one in report.scores]
+    draws: Replicates | None = bootstrap_rates(trials, bootstrap, seed, fmrs) if bootstrap else None
+    parts: list[tuple[str, Sequence[SetRates], Any]] = [
+        (row.name, [row], draws and draws.sets[k]) for k, row in enumerate(report.sets)
+    ]
+    if len(report.sets) > 1:
+        parts.append((POOLED, report.sets, draws and draws.pooled))
+    calibration = calibration_of(report.matcher)
+    points = []
+    for name, sets, drawn in parts:
+        genuine, impostor = split_scores(sets)
+        both = np.concatenate([genuine, impostor])
+        sign = -1 if sets[0].scores.distances else 1
+        for column, fmr in enumerate(fmrs, start=1):
+            fnmr, highest = fnmr_at_fmr(genuine, impostor, fmr), threshold_at_fmr(impostor, fmr)
+            interval = threshold = None
+            if fnmr is not None and highest is not None:
+                if (above := both[both > highest]).size:
+                    threshold = sign * float(above.min())
+                if drawn is not None:
+                    of_sets = [row.scores.trials for row in sets]
+                    interval = rate_interval("fnmr", fnmr, drawn[:, column], of_sets)
+            points.append(
+                {
+                    "name": name,
+                    "fmr": fmr,
+                    "fnmr": fnmr,
+                    "threshold": threshold,
+                    "score": None
+                    if calibration is None or threshold is None
+                    else calibration.score(threshold),
+                    "interval": interval_json(interval),
+                    "bound": bound_json(interval),
+                }
+            )
+    return points

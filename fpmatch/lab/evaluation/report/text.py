@@ -1,12 +1,17 @@
-"""The document of a report as tables of text."""
+"""The document of a report as tables of text, LaTeX and CSV."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.base.output import atomic_write_bytes, check_writable
+from fpmatch.errors import OutputError
+from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.printable import count, text_table
 
 if TYPE_CHECKING:
+    import os
     from collections.abc import Iterable, Sequence
 
 RATE_TITLES: Final = {
@@ -27,6 +32,13 @@ _UNITS: Final = {
 }
 _LEAST_P: Final = 0.0001
 _IDENTICAL_SHOWN: Final = 3
+TABLE_FORMATS: Final = (".tex", ".csv")
+_LATEX: Final = str.maketrans(
+    {
+        **{character: f"\\{character}" for character in "&%$#_{}"},
+        **{"\\": "\\textbackslash{}", "~": "\\textasciitilde{}", "^": "\\textasciicircum{}"},
+    }
+)
 
 
 def as_text(document: dict[str, Any]) -> str:
@@ -44,9 +56,8 @@ def as_text(document: dict[str, Any]) -> str:
     bounds = [
         bound
         for one in matchers
-        if (known := one.get("intervals"))
-        for part in (*known["sets"], known["mean"], known["pooled"])
-        for bound in part["bounds"].values()
+        for _, part in parts_of(one)
+        for bound in part.get("bounds", {}).values()
     ]
     bounds += [point["bound"] for one in matchers for point in one.get("fnmr_at_fmr", ())]
     return "\n\n".join(filter(None, [*parts, bounds_note(bounds)]))
@@ -102,27 +113,34 @@ def defined_rates(rates: Iterable[dict[str, Any]]) -> list[str]:
     return [name for name in RATE_TITLES if any(row[name] is not None for row in every)]
 
 
+def parts_of(document: dict[str, Any], *, mean: bool = True) -> list[tuple[Any, Any]]:
+    """Return the rates and the intervals, {} without, of each database and of several together."""
+    known = document.get("intervals", {})
+    sets = document["sets"]
+    parts = list(zip(sets, known.get("sets", [{}] * len(sets)), strict=True))
+    if len(parts) > 1:
+        for name in ("mean", "pooled") if mean else ("pooled",):
+            parts.append(({"name": name, **document[name]}, known.get(name, {})))
+    return parts
+
+
 def rates_table(document: dict[str, Any]) -> str:
     """Return a line a database, and of several their mean and all scores pooled, in percent.
 
     FMR10000 is left out where no database has enough pairs for it. A note on pairs of identical
     prints follows.
     """
-    sets, mean, pooled = (document[name] for name in ("sets", "mean", "pooled"))
-    defined = defined_rates([*sets, pooled])
+    sets = document["sets"]
+    defined = defined_rates([*sets, document["pooled"]])
     names = [name for name in RATE_TITLES if name != "fmr10000" or name in defined]
-
-    def cells(title: str, row: dict[str, Any]) -> tuple[str, ...]:
+    head = ("database", "genuine", "impostor", *(RATE_TITLES[name] for name in names))
+    rows: list[tuple[str, ...]] = [(*head, "d'", "rank-1", "failed")]
+    for row, _ in parts_of(document):
         counts = [str(row.get(name, "")) for name in ("genuine", "impostor")]
         d_prime = "-" if row["d_prime"] is None else f"{row['d_prime']:.2f}"
         rank = percent(row["rank_one"]) if "rank_one" in row else ""
-        failed = str(row.get("failures", ""))
-        return (title, *counts, *(percent(row[name]) for name in names), d_prime, rank, failed)
-
-    head = ("database", "genuine", "impostor", *(RATE_TITLES[name] for name in names))
-    rows = [(*head, "d'", "rank-1", "failed"), *(cells(row["name"], row) for row in sets)]
-    if len(sets) > 1:
-        rows += [cells("mean", mean), cells("pooled", pooled)]
+        cells = *counts, *(percent(row[name]) for name in names), d_prime, rank
+        rows.append((row["name"], *cells, str(row.get("failures", ""))))
     identical = [row["identical"] for row in sets if row.get("identical", {}).get("count")]
     if not identical:
         return text_table(rows)
@@ -131,17 +149,6 @@ def rates_table(document: dict[str, Any]) -> str:
     more = " and others" * (number > len(named))
     note = f"{count(number, 'pair')} of identical prints, which distort rates: {', '.join(named)}"
     return f"{text_table(rows)}\n\n{note}{more}"
-
-
-def decisions_sentence(decisions: dict[str, Any]) -> str:
-    """Return the p-value of the change of decisions, and how many changed."""
-    p = decisions["mcnemar_p"]
-    return (
-        f"McNemar's exact test: p {f'= {p:.2g}' if p >= _LEAST_P else f'< {_LEAST_P:g}'}; at a "
-        f"false match rate of {100 * decisions['fmr']:g} %, of {decisions['genuine']:,} genuine "
-        f"pairs {len(decisions['gained']):,} match now and did not, {len(decisions['lost']):,} did "
-        "and do not"
-    )
 
 
 def comparison_text(c: dict[str, Any], name: str) -> str:
@@ -156,8 +163,13 @@ def comparison_text(c: dict[str, Any], name: str) -> str:
         f"{now} compared with {name}{by}: {c['pooled']['pairs']:,} pairs in both, "
         f"{c['identical']:,} with the same similarity"
     ]
-    if c["decisions"] is not None:
-        lines.append(decisions_sentence(c["decisions"]))
+    if (d := c["decisions"]) is not None:
+        p = d["mcnemar_p"]
+        lines.append(
+            f"McNemar's exact test: p {f'= {p:.2g}' if p >= _LEAST_P else f'< {_LEAST_P:g}'}; at a "
+            f"false match rate of {100 * d['fmr']:g} %, of {d['genuine']:,} genuine pairs "
+            f"{len(d['gained']):,} match now and did not, {len(d['lost']):,} did and do not"
+        )
     columns = ("before", "now") if before in {"", now} else (before, now)
     rows: list[tuple[str, ...]] = [(" ", "pairs", *columns, "points", "95 % interval", "")]
     several = len(c["sets"]) > 1
@@ -204,15 +216,10 @@ def _side_by_side(matchers: Sequence[dict[str, Any]]) -> str:
 
 def _interval_table(document: dict[str, Any]) -> str:
     """Return the lines of the rates with the intervals of those that have one."""
-    known = document["intervals"]
-    parts = list(zip(document["sets"], known["sets"], strict=True))
-    if len(parts) > 1:
-        for name in ("mean", "pooled"):
-            parts.append(({"name": name, **document[name]}, known[name]))
-    names = [name for name in TITLES if any(part.get(name) for _, part in parts)]
-    if not names:
+    parts = parts_of(document)
+    if not any(part.get(name) for name in TITLES for _, part in parts):
         return f"95 % intervals: none, there are {TOO_FEW}"
-    names = [name for name in known["mean"] if any(row.get(name) is not None for row, _ in parts)]
+    names = [name for name in parts[0][1] if any(row.get(name) is not None for row, _ in parts)]
     rows = [("95 % intervals", *(TITLES[name] for name in names))]
     for row, part in parts:
         cells = [
@@ -234,3 +241,44 @@ def _points_table(document: dict[str, Any]) -> str:
         at = f"{100 * p['fmr']:.6g} %", percent(p["fnmr"]), interval
         rows.append((p["name"], *at, threshold, score))
     return text_table(rows)
+
+
+def check_table(path: Path) -> None:
+    """Raise an OutputError if a table cannot be written to a file of this name."""
+    if path.suffix.lower() not in TABLE_FORMATS:
+        raise OutputError(f"{path}: a table's name ends with {', '.join(TABLE_FORMATS)}")
+    check_writable(path)
+
+
+def save_table(path: str | os.PathLike[str], document: dict[str, Any]) -> None:
+    """Write the rates of each matcher and database, as LaTeX (.tex) or CSV, with their intervals.
+
+    Of several databases, all scores pooled make one more row. Rates are fractions in CSV, percent
+    in LaTeX. Raises an OutputError if the file cannot be written.
+    """
+    matchers = document.get("matchers", [document])
+    names = [*defined_rates(one["pooled"] for one in matchers), "rank_one"]
+    is_csv = Path(path).suffix.lower() == ".csv"
+    rows: list[list[Any]] = [["matcher", "set", "genuine", "impostor"]]
+    for name in names:
+        rows[0] += [name, f"{name}_low", f"{name}_high"] if is_csv else [TITLES[name]]
+    for one in matchers:
+        for row, intervals in parts_of(one, mean=False):
+            cells = [one["matcher"], row["name"], row["genuine"], row["impostor"]]
+            for name in names:
+                interval = intervals.get(name)
+                if is_csv:
+                    cells += [row[name], *(interval or (None, None))]
+                    continue
+                cells.append(percent(row[name]).removesuffix(" %"))
+                if name in intervals and row[name] is not None:
+                    limit = limits(interval, intervals["bounds"].get(name))
+                    cells[-1] += f" [{limit.replace(' - ', '--')}]"
+            rows.append(cells)
+    if is_csv:
+        atomic_write_bytes(path, csv_lines([["" if c is None else c for c in row] for row in rows]))
+        return
+    lines = [" & ".join(str(cell).translate(_LATEX) for cell in row) + " \\\\" for row in rows]
+    head = [f"\\begin{{tabular}}{{ll{'r' * (len(rows[0]) - 2)}}}", "\\hline", lines[0], "\\hline"]
+    end = ["\\hline", "\\multicolumn{2}{l}{Rates in \\%.} \\\\", "\\end{tabular}", ""]
+    atomic_write_bytes(path, "\n".join([*head, *lines[1:], *end]).encode())

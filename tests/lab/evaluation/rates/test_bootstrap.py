@@ -10,7 +10,7 @@ from fpmatch.lab.evaluation.rates.bootstrap import (
     draw_fingers,
 )
 from fpmatch.lab.evaluation.rates.error_rates import error_rates, fnmr_at_fmr
-from fpmatch.lab.evaluation.rates.scores_set import Trials, unnamed_set
+from fpmatch.lab.evaluation.rates.scores import Trials, unnamed_set
 
 
 def trials(fingers, impressions, seed, levels=None):
@@ -53,15 +53,6 @@ def test_agrees_with_repeating_the_comparisons(fingers, impressions, seed, level
         for k, t in enumerate(given_trials):
             alone = slow_rates([t], [counts[k][b]])
             np.testing.assert_allclose(found.sets[k, b], alone, rtol=1e-12)
-
-
-def test_does_not_depend_on_the_draws_at_a_time(monkeypatch):
-    given_trials = [trials(8, 4, 1), trials(7, 3, 2, levels=2)]
-    plain = bootstrap_rates(given_trials, 30, 7)
-    monkeypatch.setattr("fpmatch.lab.evaluation.rates.bootstrap._WEIGHTS_AT_A_TIME", 300)
-    other = bootstrap_rates(given_trials, 30, 7)
-    np.testing.assert_array_equal(plain.sets, other.sets)
-    np.testing.assert_array_equal(plain.pooled, other.pooled)
 
 
 def test_a_larger_database_with_fmr1000_and_fmr10000():

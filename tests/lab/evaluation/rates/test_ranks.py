@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.lab.evaluation.databases.protocol import Impression, choose_pairs
-from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials, ranks_of
+from fpmatch.lab.evaluation.databases.dataset import Impression, choose_pairs
+from fpmatch.lab.evaluation.rates.scores import ScoresSet, Trials, ranks_of
 
 
 def prints(fingers):
@@ -49,14 +49,6 @@ def test_agrees_with_searching_probe_by_probe(fingers, random):
     numbered = sorted(set(fingers))
     mated = [f for f in fingers if fingers.count(f) > 1]
     assert [numbered[k] for k in finger] == mated
-
-
-def test_a_probe_that_matches_nothing_ranks_last():
-    impressions = prints([1, 1, 2, 2, 3, 3])
-    pairs = choose_pairs(impressions)
-    similarity = np.where(pairs.genuine, 5.0, 1.0)
-    similarity[(pairs.probe == 0) | (pairs.reference == 0)] = 0.0
-    assert identified(impressions, pairs, similarity)[0].tolist() == [3, 3, 1, 1, 1, 1]
 
 
 def test_first_impressions_alone_are_no_search():

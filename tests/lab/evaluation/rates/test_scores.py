@@ -73,7 +73,7 @@ def test_names_that_contain_no_finger_need_labels_and_a_pattern_finds_fingers(tm
     assert [pair[2:] for pair in pairs_of(found)] == [pair[2:] for pair in NAMED]
     assert found.trials.fingers == 0
     finger_of = finger_in_name(r"(?P<subject>\w+) (?P<impression>\w)")
-    (found,) = read_scores(path, finger_of=lambda _, name: finger_of(name))
+    (found,) = read_scores(path, finger_of=finger_of)
     assert (found.trials.fingers, found.trials.probe.tolist()) == (2, [0, 0, 0])
 
 
@@ -168,7 +168,7 @@ def test_what_is_written_is_read_whatever_the_names(tmp_path_factory, prints, da
     head = ("matcher", "set", "probe", "reference", "genuine", "similarity")
     lines = [["m", "s", *row[:3], "" if row[3] is None else row[3]] for row in rows]
     path.write_bytes(csv_lines([head, *lines]))
-    (found,) = read_scores(path, finger_of=lambda _, name: fingers[name])
+    (found,) = read_scores(path, finger_of=fingers.get)
     stems = {name: name.rpartition(".")[0] for name in prints}
     same = [stems[a] == b or stems[b] == a for a, b in pairs]
     rows = [row for row, one in zip(rows, same, strict=True) if not one]

@@ -1,1 +1,0 @@
-"""Many prints in flat arrays of few bytes: chosen and compared at once."""

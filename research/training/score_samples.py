@@ -184,13 +184,13 @@ def _features(
     for refined, (step, rows) in enumerate(zip(steps, found, strict=True)):
         for k, row in enumerate(rows[:LOCAL_HYPOTHESES]):
             if step(k):
-                scorer.weigh(*sides, aligner, similarity, bool(refined))
+                scorer.weigh(*sides, aligner, similarity, bool(refined), k)
                 row[:] = scorer.feature
     if all(side.region.ridges is not None for side in (a, b)):
         correlator = scorer.correlator
         for k in range(search.search(*sides, aligner.relaxation, scorer.is_small, correlator)):
             if aligner.start_from(search.first[k], search.second[k], LOCAL_HYPOTHESES + k):
-                scorer.weigh(*sides, aligner, similarity, True)
+                scorer.weigh(*sides, aligner, similarity, True, LOCAL_HYPOTHESES + k)
                 found[1, LOCAL_HYPOTHESES + k] = scorer.feature
     if np.isnan(found[1, :, 0]).all():
         return None

@@ -15,11 +15,10 @@ from tests.conftest import assert_refused
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 
-KEYS = [
-    "decision", "match", "score", "fmr", "extrapolated", "threshold", "matched_share", "rho",
-    "matcher", "pairs", "transform", "rms_px", "compared", "scale", "missing", "reachable_score",
-    "identical", "reason", "quality", "probe", "reference", "resolution",
-]  # fmt: skip
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "results.md"
+TABLE = PAGE.read_text(encoding="utf-8").split("## verify")[1].split("`compared` has")[0]
+FIELDS = [row.split("|")[1] for row in TABLE.splitlines() if row.startswith("| `")]
+KEYS = [key for cell in FIELDS for key in re.findall(r"`(\w+)`", cell)]
 
 
 def decision(result):

@@ -44,8 +44,7 @@ def overlay(a, b, partner, transform=IDENTITY, *, weights=None, pipeline=None):
     aligner.relaxation.load(a.points, len(a), b.points, len(b), similarity)
     sides, scorer = (view_of(a), view_of(b)), pipeline.scorer
     scorer.choose_model(*sides)
-    scorer.weigh(*sides, aligner, similarity, True)
+    scorer.weigh(*sides, aligner, similarity, True, 0)
     aligner.keep(0)
-    entries = np.array([scorer.evidence])
-    estimate = scorer.estimate(*sides, aligner, entries, 0)
-    return Evidence(*entries[0].tolist(), scorer.total, estimate)
+    estimate = scorer.estimate(*sides, aligner, 0)
+    return Evidence(*scorer.evidence, scorer.total, estimate)

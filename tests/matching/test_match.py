@@ -24,6 +24,8 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.parameters import MatchParameters
 from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
 from fpmatch.matching.prints.prepare import prefilter_of, score_descriptors
+from fpmatch.matching.prints.prepared import Neighbourhoods
+from fpmatch.matching.reference.neighbourhood import local_similarity
 
 
 def impressions(seed, size):
@@ -106,20 +108,6 @@ def test_threads_compare_as_one_does():
 NARROWEST_PX, WIDEST_PX = 7.5, 15.0
 
 
-def similarity_from_the_definition(count_a, frame_a, count_b, frame_b, min_cosine):
-    """Return what the kernel computes, a pair of minutiae at a time, all neighbours at once."""
-    similarity = np.zeros((len(count_a), len(count_b)))
-    for i, n in enumerate(count_a):
-        u, v, c, s, precision, weight = frame_a[i, :, :n, None].astype(float)
-        for j, m in enumerate(count_b):
-            u_b, v_b, c_b, s_b, _, weight_b = frame_b[j, :, None, :m].astype(float)
-            near = 1 - ((u - u_b) ** 2 + (v - v_b) ** 2) * precision
-            turn = (c * c_b + s * s_b - min_cosine) / (1 - min_cosine)
-            value = np.maximum(near, 0) * np.maximum(turn, 0) * weight_b
-            similarity[i, j] = (value.max(axis=1, initial=0) * weight[:, 0]).sum()
-    return similarity
-
-
 def some_frames(rng, n, size, reach):
     """Return counts and frames of n minutiae whose neighbours lie within `reach` of them."""
     angle = rng.uniform(0, 2 * np.pi, (n, size))
@@ -140,15 +128,14 @@ def indexed_similarity(a, b, p, *, by_a):
 
 
 @given(seeds, st.sampled_from([5.0, 20.0, 200.0]), st.floats(1, 90), st.integers(1, 9))
-def test_kernel_agrees_with_its_definition(seed, reach, degrees, fewest):
+def test_local_match_agrees_with_the_reference(seed, reach, degrees, fewest):
     """Whichever print is indexed, to the last bit; of which neighbours lie beyond the cells."""
     rng = np.random.default_rng(seed)
     # with the slack of this growth the widest tolerance suffices where the narrowest is indexed
     p = MatchParameters(tolerance_per_px=0.5, neighbour_turn_deg=degrees, fewest_neighbours=fewest)
     a, b = (some_frames(rng, int(rng.integers(0, 8)), 9, reach) for _ in range(2))
-    expected = similarity_from_the_definition(*a, *b, p.neighbour_cosine)
-    sizes = (np.maximum(side[0], fewest) for side in (a, b))
-    expected /= np.sqrt(np.multiply.outer(*sizes))
+    sides = (Neighbourhoods(count, np.empty(0, np.int32), frame) for count, frame in (a, b))
+    expected = local_similarity(*sides, p)
     found = indexed_similarity(a, b, p, by_a=True)
     assert found == pytest.approx(expected, abs=1e-5)
     assert indexed_similarity(a, b, p, by_a=False).tolist() == found.tolist()

@@ -44,13 +44,10 @@ from fpmatch.matching.reference.ridges import search_by_ridges
 from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from numpy.typing import NDArray
+    from collections.abc import Iterable
 
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.prints.prepared import PreparedTemplate
-    from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.templates.minutiae import Template
 
 
@@ -84,11 +81,17 @@ def match(
         identity = Pairing(a.points, b.points, every, np.ones(len(a)), parameters=parameters)
         return weighed(identity, ridges_from=model.refine_threshold)
 
-    tried = []
-    for pairing in coarse_pairings(a.points, b.points, candidates, parameters):
+    tried, seeds = [], candidates.seeds
+    weak = candidates.strength < model.relaxation_threshold
+    for _ in range(p.hypotheses):
+        if not seeds:
+            break
+        pairing = grow(start(*candidates.hypothesis(len(a), seeds[0])), p.coarse_rounds)
+        # a candidate that is among the pairs of one hypothesis starts no later one
+        among = candidates.among(pairing.partner)
+        seeds = [seed for seed in seeds[1:] if not among[seed]]
         if pairing.pairs:
             tried.append(weighed(pairing, ridges_from=math.inf))
-            weak = candidates.strength < model.relaxation_threshold
             if weak or tried[-1][1].total > model.confident_threshold:
                 break
     best = _greatest(tried)
@@ -106,28 +109,6 @@ def match(
         found = [weighed(each) for each in by_ridges if each.pairs]
         best = _greatest([best, *found] if best else found)
     return best
-
-
-def coarse_pairings(
-    a: NDArray[np.float64],
-    b: NDArray[np.float64],
-    candidates: Candidates,
-    parameters: MatchParameters = USUAL,
-) -> Iterator[Pairing]:
-    """Yield what each hypothesis of the local matches grows to in coarse rounds, in turn.
-
-    `a` and `b` are the minutiae of two prints, (4, N) and (4, M), as in `PreparedTemplate`. A
-    candidate that is among the pairs of one hypothesis starts no later one.
-    """
-    p, seeds = parameters, candidates.seeds
-    for _ in range(p.hypotheses):
-        if not seeds:
-            break
-        hypothesis = candidates.hypothesis(a.shape[1], seeds[0])
-        pairing = grow(seeded(a, b, *hypothesis, parameters), p.coarse_rounds)
-        yield pairing
-        among = candidates.among(pairing.partner)
-        seeds = [seed for seed in seeds[1:] if not among[seed]]
 
 
 def _greatest(weighed: Iterable[tuple[Pairing, Evidence]]) -> tuple[Pairing, Evidence] | None:

@@ -2,6 +2,10 @@
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel cimport PairMesh
 from fpmatch.matching.pipeline._kernels._relaxation_kernel cimport Relaxation
 
+# of `constants.comparison`
+cdef double DIRECTION_ARM2, LEAST_SCALE, MOST_SCALE
+cdef int FEWEST_FOR_SCALE
+
 
 cdef class Aligner:
     cdef readonly Py_ssize_t size_a, size_b

@@ -15,15 +15,11 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
-from fpmatch.matching.constants import comparison
+from fpmatch.matching.constants.comparison import *
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline._kernels._relaxation_kernel import Relaxation
 
-DIRECTION_ARM2 = cython.declare(cython.double, comparison.DIRECTION_ARM2)
-LEAST_SCALE = cython.declare(cython.double, comparison.LEAST_SCALE)
-MOST_SCALE = cython.declare(cython.double, comparison.MOST_SCALE)
 MOST_PROPOSED = cython.declare(cython.int, 8)  # hypotheses besides those of the local matches
-FEWEST_FOR_SCALE = cython.declare(cython.int, comparison.FEWEST_FOR_SCALE)
 MARGIN = cython.declare(cython.double, 0.01)  # px, more than the rounding error of a distance
 
 

@@ -3,6 +3,12 @@ from fpmatch.matching.pipeline._kernels._alignment_kernel cimport Aligner
 from fpmatch.matching.pipeline._kernels._ridge_kernel cimport RidgeCorrelator
 from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
+# of `constants.comparison`
+cdef double LOG_10, SMALL_AREA_PX2, LEAST_RELAXED, PAIR_AREA, LEAST_SPREAD, LEAST_MEAN_SQUARE
+cdef double ENOUGH_MINUTIAE, ENOUGH_AREA, LEAST_AREA, UNIT_AREA, DECADES_PER_PAIR, USUAL_CHANCE
+cdef double DENSER, FULL_AGREEMENT, CELLS_PER_DECADE, AROUND2, BESIDE2, LEAST_COSINE, PER_AROUND
+cdef double PLACE2, TURN2, DENSER_PLACE, DENSER_TURN, FAR_SHARE, LEAST_BY_CHANCE, ALIGNED
+cdef double FULLY_ALIGNED, FULL_CELLS, FEW_TO_HOLD, ENOUGH_TO_HOLD
 cdef Py_ssize_t PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS
 cdef Py_ssize_t FULLNESS, FEWEST, RIDGES, CELLS, AREA, CHANCE, ENTRIES
 cdef Py_ssize_t MIDDLE, SPREAD, WEIGHT, IMPOSTOR
@@ -12,6 +18,7 @@ cdef Py_ssize_t WITH_RIDGES, MINUTIAE_ALONE, SMALL_WITH_RIDGES
 
 cdef class EvidenceScorer:
     cdef readonly double[::1] evidence, feature, term
+    cdef readonly double[:, ::1] kept
     cdef const double[:, :, ::1] standard, quantiles
     cdef const double[:, ::1] limits, flow
     cdef int[::1] paired_b
@@ -25,14 +32,15 @@ cdef class EvidenceScorer:
     cpdef int choose_model(self, TemplateView a, TemplateView b) noexcept nogil
     cdef double threshold(self, Py_ssize_t smaller) noexcept nogil
     cpdef double weigh(
-        self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity, bint ridges
+        self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity, bint ridges,
+        Py_ssize_t row,
     ) noexcept nogil
     cdef int _gather(
         self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity
     ) noexcept nogil
     cdef double _total(self) noexcept nogil
     cpdef double estimate(
-        self, TemplateView a, TemplateView b, Aligner aligner, double[:, ::1] evidence, Py_ssize_t row
+        self, TemplateView a, TemplateView b, Aligner aligner, Py_ssize_t row
     ) noexcept nogil
     cdef double _condition(self) noexcept nogil
     cdef double _beyond_chance(

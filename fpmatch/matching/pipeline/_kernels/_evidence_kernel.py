@@ -10,7 +10,7 @@ import numpy as np
 from cython.cimports.fpmatch.matching.pipeline._kernels._ridge_kernel import smaller_area
 from cython.cimports.libc.math import exp, log, log1p, log10, sqrt
 
-from fpmatch.matching.constants import comparison
+from fpmatch.matching.constants.comparison import *
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
@@ -23,36 +23,6 @@ WITH_RIDGES, MINUTIAE_ALONE, SMALL_WITH_RIDGES = range(3)
 
 TERMS = cython.declare(cython.Py_ssize_t, 5)  # that the quantiles of impostors are linear in
 FEATURES = cython.declare(cython.Py_ssize_t, 11)
-LOG_10 = cython.declare(cython.double, comparison.LOG_10)
-SMALL_AREA_PX2 = cython.declare(cython.double, comparison.SMALL_AREA_PX2)
-LEAST_RELAXED = cython.declare(cython.double, comparison.LEAST_RELAXED)
-PAIR_AREA = cython.declare(cython.double, comparison.PAIR_AREA)
-LEAST_SPREAD = cython.declare(cython.double, comparison.LEAST_SPREAD)
-LEAST_MEAN_SQUARE = cython.declare(cython.double, comparison.LEAST_MEAN_SQUARE)
-ENOUGH_MINUTIAE = cython.declare(cython.double, comparison.ENOUGH_MINUTIAE)
-ENOUGH_AREA = cython.declare(cython.double, comparison.ENOUGH_AREA)
-LEAST_AREA = cython.declare(cython.double, comparison.LEAST_AREA)
-UNIT_AREA = cython.declare(cython.double, comparison.UNIT_AREA)
-DECADES_PER_PAIR = cython.declare(cython.double, comparison.DECADES_PER_PAIR)
-USUAL_CHANCE = cython.declare(cython.double, comparison.USUAL_CHANCE)
-DENSER = cython.declare(cython.double, comparison.DENSER)
-FULL_AGREEMENT = cython.declare(cython.double, comparison.FULL_AGREEMENT)
-CELLS_PER_DECADE = cython.declare(cython.double, comparison.CELLS_PER_DECADE)
-AROUND2 = cython.declare(cython.double, comparison.AROUND2)
-BESIDE2 = cython.declare(cython.double, comparison.BESIDE2)
-LEAST_COSINE = cython.declare(cython.double, comparison.LEAST_COSINE)
-PER_AROUND = cython.declare(cython.double, comparison.PER_AROUND)
-PLACE2 = cython.declare(cython.double, comparison.PLACE2)
-TURN2 = cython.declare(cython.double, comparison.TURN2)
-DENSER_PLACE = cython.declare(cython.double, comparison.DENSER_PLACE)
-DENSER_TURN = cython.declare(cython.double, comparison.DENSER_TURN)
-FAR_SHARE = cython.declare(cython.double, comparison.FAR_SHARE)
-LEAST_BY_CHANCE = cython.declare(cython.double, comparison.LEAST_BY_CHANCE)
-ALIGNED = cython.declare(cython.double, comparison.ALIGNED)
-FULLY_ALIGNED = cython.declare(cython.double, comparison.FULLY_ALIGNED)
-FULL_CELLS = cython.declare(cython.double, comparison.FULL_CELLS)
-FEW_TO_HOLD = cython.declare(cython.double, comparison.FEW_TO_HOLD)
-ENOUGH_TO_HOLD = cython.declare(cython.double, comparison.ENOUGH_TO_HOLD)
 
 
 @cython.final
@@ -62,12 +32,14 @@ class EvidenceScorer:
 
     The model is chosen first, and with it the thresholds `relaxation`, `refine` and `confident`;
     `is_small` is whether it is that of small prints. `evidence`, `feature` and the terms of the
-    amount, `term`, are those of the alignment weighed or estimated last.
+    amount, `term`, are those of the alignment weighed or estimated last; ``kept[h]`` is the
+    evidence of row h of an aligner of so many `rows`.
     """
 
-    def __init__(self, parameters, weights, capacity) -> None:
+    def __init__(self, parameters, weights, capacity, rows) -> None:
         p = parameters
-        self.evidence = np.zeros(ENTRIES)
+        self.kept = np.zeros((rows, ENTRIES))
+        self.evidence = self.kept[0]
         self.feature = np.zeros(FEATURES)
         self.standard = np.stack([model.standard for model in weights.models])
         self.limits = np.stack([model.limits for model in weights.models])
@@ -103,11 +75,12 @@ class EvidenceScorer:
         enough += self.limits[self.model, PREFILTER_GROWTH] * smaller
         return min(enough, self.limits[self.model, PREFILTER_LIMIT])
 
-    def weigh(self, a, b, aligner, similarity, ridges):
-        """Weigh the evidence in the current alignment; return the sum.
+    def weigh(self, a, b, aligner, similarity, ridges, row):
+        """Weigh the evidence in the current alignment, which is kept in a row; return the sum.
 
         The ridges are compared, warped by the mesh of pairs, if `ridges`.
         """
+        self.evidence = self.kept[row]
         self._gather(a, b, aligner, similarity)
         c, s, x, y = aligner.c, aligner.s, aligner.x, aligner.y
         if ridges and self.correlator.compare(a, b, aligner.mesh, c, s, x, y) > 0:
@@ -197,10 +170,9 @@ class EvidenceScorer:
             total += apart / self.standard[m, SPREAD, k]
         return total
 
-    def estimate(self, a, b, aligner, evidence, row):
-        """Return the estimate of -ln(FMR) by evidence that was weighed before, and a kept row."""
-        for k in range(ENTRIES):
-            self.evidence[k] = evidence[row, k]
+    def estimate(self, a, b, aligner, row):
+        """Return the estimate of -ln(FMR) of a kept row, which was weighed before."""
+        self.evidence = self.kept[row]
         self.total = self._total()
         return self._beyond_chance(a, b, aligner, row, self._condition())
 

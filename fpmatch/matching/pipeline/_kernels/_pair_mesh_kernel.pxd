@@ -1,4 +1,10 @@
 # Types of the kernel, and what other kernels may use of it.
+
+# of `constants.comparison`
+cdef Py_ssize_t FRAME
+cdef double FAR_AWAY, NEAR2, ROUNDING
+
+
 cdef class PairMesh:
     cdef readonly Py_ssize_t vertices, triangles
     cdef readonly double[::1] ax, ay, bx, by

@@ -24,14 +24,10 @@ from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
 )
 from cython.cimports.libc.math import cos, exp, sin, sqrt
 
-from fpmatch.matching.constants import comparison
+from fpmatch.matching.constants.comparison import *
 
-FRAME = cython.declare(cython.Py_ssize_t, comparison.FRAME)
 FULL_TURN = cython.declare(cython.double, 6.283185307179586)
-FAR_AWAY = cython.declare(cython.double, comparison.FAR_AWAY)
-NEAR2 = cython.declare(cython.double, comparison.NEAR2)
-LEAST_AREA = cython.declare(cython.double, 1e-9)  # px²: of a triangle
-ROUNDING = cython.declare(cython.double, comparison.ROUNDING)
+LEAST_TRIANGLE = cython.declare(cython.double, 1e-9)  # px²: of a triangle
 
 
 @cython.final
@@ -121,7 +117,7 @@ class PairMesh:
             p: cython.Py_ssize_t = self.ring[k]
             q: cython.Py_ssize_t = self.ring[following]
             area = (self.ax[p] - x) * (self.ay[q] - y) - (self.ay[p] - y) * (self.ax[q] - x)
-            if area <= LEAST_AREA:
+            if area <= LEAST_TRIANGLE:
                 return False
         # the new triangles take the places of those removed first, then new ones
         for k in range(self.ring_size):

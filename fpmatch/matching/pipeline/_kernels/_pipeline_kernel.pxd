@@ -6,6 +6,9 @@ from fpmatch.matching.pipeline._kernels._ridge_search_kernel cimport RidgeSearch
 from fpmatch.matching.prints._kernels._prefilter_kernel cimport Prefilter
 from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
+# of `constants.comparison`
+cdef double REJECTED, SHORTFALL
+
 
 cdef class Pipeline:
     cdef readonly Py_ssize_t capacity, best
@@ -16,7 +19,6 @@ cdef class Pipeline:
     cdef readonly RidgeSearch search
     cdef readonly float[:, ::1] similarity
     cdef readonly double[::1] total
-    cdef readonly double[:, ::1] evidence
     cdef readonly TemplateView probe
     cdef public NeighbourIndex neighbours
 

@@ -8,15 +8,13 @@ the prefilter's bit descriptors; after it, `reference.transform_of` fits the tra
 import cython
 import numpy as np
 
-from fpmatch.matching.constants import comparison
+from fpmatch.matching.constants.comparison import *
 from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
 from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 
 UNPAIRED = cython.declare(cython.double, float("-inf"))  # the sum where nothing is paired
-REJECTED = cython.declare(cython.double, comparison.REJECTED)
-SHORTFALL = cython.declare(cython.double, comparison.SHORTFALL)
 
 
 @cython.final
@@ -29,8 +27,8 @@ class Pipeline:
     matched. For one thread. `parameters` are `matching.parameters.MatchParameters`, `weights` the
     `ScoreWeights`.
 
-    Hypotheses are rows that the aligner keeps: ``total[h]`` is the sum of hypothesis h and
-    ``evidence[h]`` what it is made of. `best` is the row of the result, -1 where nothing is paired.
+    Hypotheses are rows that the aligner keeps: ``total[h]`` is the sum of hypothesis h. `best` is
+    the row of the result, -1 where nothing is paired.
     `kept` are the rows as arrays: partners and weights of A's minutiae, transforms, and evidence.
     """
 
@@ -38,13 +36,12 @@ class Pipeline:
         self.capacity, self.parameters, self.weights = capacity, parameters, weights
         self.prefilter = Prefilter(parameters)
         self.aligner = Aligner(capacity, capacity, parameters)
-        self.scorer = EvidenceScorer(parameters, weights, capacity)
+        self.scorer = EvidenceScorer(parameters, weights, capacity, self.aligner.rows)
         self.search = RidgeSearch(parameters)
         self.similarity = np.empty((capacity, capacity), np.float32)
         self.total = np.empty(self.aligner.rows)
-        self.evidence = np.empty((self.aligner.rows, len(self.scorer.evidence)))
         self.kept = [np.asarray(self.aligner.kept_partner), np.asarray(self.aligner.kept_weight)]
-        self.kept += [np.asarray(self.aligner.kept_transform), np.asarray(self.evidence)]
+        self.kept += [np.asarray(self.aligner.kept_transform), np.asarray(self.scorer.kept)]
 
     def load(self, probe):
         """Take a probe, unless it was the last one."""
@@ -108,7 +105,7 @@ class Pipeline:
         if doubtful and not self._is_confident(best):
             best = self._search_by_ridges(a, b, best)
         self.best = best
-        return self.scorer.estimate(a, b, self.aligner, self.evidence, best) if best >= 0 else 0.0
+        return self.scorer.estimate(a, b, self.aligner, best) if best >= 0 else 0.0
 
     def _pair_and_grow(self, a, b):
         """Grow the hypotheses coarsely, in turn; return the best, -1 if none pairs anything.
@@ -158,9 +155,7 @@ class Pipeline:
 
         That is `best` of equals; it may be -1.
         """
-        self.total[h] = self.scorer.weigh(a, b, self.aligner, self.similarity, ridges)
-        for e in range(self.evidence.shape[1]):
-            self.evidence[h, e] = self.scorer.evidence[e]
+        self.total[h] = self.scorer.weigh(a, b, self.aligner, self.similarity, ridges, h)
         return h if best < 0 or self.total[h] > self.total[best] else best
 
     def _is_confident(self, h):

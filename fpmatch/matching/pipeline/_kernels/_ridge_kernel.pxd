@@ -2,6 +2,11 @@
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel cimport PairMesh
 from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
+# of `constants.comparison`
+cdef Py_ssize_t FRAME
+cdef int BITS_ALONG, REACH, SHIFTS, FEWEST_AROUND, MOST_CELLS
+cdef double SMALL_AREA_PX2
+
 
 cdef class RidgeCorrelator:
     cdef readonly double correlation
@@ -17,9 +22,6 @@ cdef class RidgeCorrelator:
 
     cpdef int compare(
         self, TemplateView a, TemplateView b, PairMesh mesh, double c, double s, double x, double y
-    ) noexcept nogil
-    cpdef int compare_rigid(
-        self, TemplateView a, TemplateView b, double c, double s, double x, double y
     ) noexcept nogil
     cdef bint _take(
         self, TemplateView a, TemplateView b, double c, double s, double x, double y

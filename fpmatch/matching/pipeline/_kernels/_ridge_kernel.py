@@ -9,17 +9,10 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import ceil, floor
 
-from fpmatch.matching.constants import comparison
+from fpmatch.matching.constants.comparison import *
 
-FEW = cython.declare(cython.Py_ssize_t, len(comparison.FEW_SAMPLES))
-MANY = cython.declare(cython.Py_ssize_t, len(comparison.SAMPLES))
-SMALL_AREA_PX2 = cython.declare(cython.double, comparison.SMALL_AREA_PX2)
-FRAME = cython.declare(cython.Py_ssize_t, comparison.FRAME)
-SIDE = cython.declare(cython.int, comparison.BITS_ALONG)
-REACH = cython.declare(cython.int, comparison.REACH)
-SHIFTS = cython.declare(cython.int, comparison.SHIFTS)
-FEWEST_AROUND = cython.declare(cython.int, comparison.FEWEST_AROUND)
-MOST_CELLS = cython.declare(cython.int, comparison.MOST_CELLS)
+FEW = cython.declare(cython.Py_ssize_t, len(FEW_SAMPLES))
+MANY = cython.declare(cython.Py_ssize_t, len(SAMPLES))
 LEFT_HALF = cython.declare(cython.ulonglong, 0x0F0F0F0F0F0F0F0F)  # of the bits of each row
 LANE = cython.declare(cython.int, 12)  # bits of a count: a word has one for each shift along a row
 MOST_COUNT = cython.declare(cython.ulonglong, 0xFFF)
@@ -47,7 +40,7 @@ class RidgeCorrelator:
         bits, k = np.arange(32, dtype=np.uint64)[:, np.newaxis], np.arange(8, dtype=np.uint64)
         # five bits, one a count
         self.spread = ((bits >> k[:SHIFTS] & 1) << LANE * k[:SHIFTS]).sum(axis=1)
-        self.sample = np.array(comparison.SAMPLES, np.int32) @ np.array([SIDE, 1], np.int32)
+        self.sample = np.array(SAMPLES, np.int32) @ np.array([BITS_ALONG, 1], np.int32)
         self.offset = np.zeros((2, MANY))
         self.ridge_image = np.zeros(4 * MOST_CELLS, np.uint64)
         self.agreeing, self.wide = np.zeros((2, MOST_CELLS, SHIFTS), np.uint64)
@@ -59,19 +52,16 @@ class RidgeCorrelator:
         self.s = self.x = self.y = 0.0
 
     def compare(self, a, b, mesh, c, s, x, y):
-        """Align A with B, warped by the mesh of pairs; return the number of cells compared.
+        """Align A with B, warped by the mesh of pairs, if any; return the number of cells compared.
 
         The mesh is built by the same transform. Where a print area has more than 16,384 cells,
         including its border, none are compared.
         """
         if not self._take(a, b, c, s, x, y):
             return 0
-        self._displace(a, mesh)
+        if mesh is not None:
+            self._displace(a, mesh)
         return self._correlate(a, b)
-
-    def compare_rigid(self, a, b, c, s, x, y):
-        """Align A with B by the transform alone; return the number of cells compared."""
-        return self._correlate(a, b) if self._take(a, b, c, s, x, y) else 0
 
     @cython.locals(k=cython.Py_ssize_t)
     def _take(self, a, b, c, s, x, y):
@@ -107,11 +97,11 @@ class RidgeCorrelator:
                 k = row * wide + column
                 upper = self.ridge_image[k - wide] >> 32
                 self.ridge_image[k] = upper | (self.ridge_image[k + wide] << 32)
-        bit = a.step / SIDE
-        per_bit = SIDE / b.step
+        bit = a.step / BITS_ALONG
+        per_bit = BITS_ALONG / b.step
         for k in range(self.samples):
-            px = (float(self.sample[k] % SIDE) - 3.5) * bit
-            py = -(float(self.sample[k] // SIDE) - 3.5) * bit
+            px = (float(self.sample[k] % BITS_ALONG) - 3.5) * bit
+            py = -(float(self.sample[k] // BITS_ALONG) - 3.5) * bit
             self.offset[0, k] = (c * px - s * py) * per_bit
             self.offset[1, k] = -(s * px + c * py) * per_bit
         self.blocks = (a.columns + 1) // 2
@@ -222,12 +212,12 @@ class RidgeCorrelator:
     def _count(self, b, own, ridges, x, y):
         """Count the samples of a cell, its middle at a place of B, that agree at each shift."""
         wide: cython.Py_ssize_t = 2 * (b.columns + 4)
-        per_bit = SIDE / b.step
+        per_bit = BITS_ALONG / b.step
         # the window of shifts begins before the sample, the ridge image two cells before B
-        middle_u = (x + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH
-        middle_v = (0.5 - y) * per_bit - SIDE * (b.first_row - 2.0) - REACH
-        most_u = SIDE * (b.columns + 3.0)
-        most_v = SIDE * (b.rows + 3.0)
+        middle_u = (x + 0.5) * per_bit - BITS_ALONG * (b.first_column - 2.0) - REACH
+        middle_v = (0.5 - y) * per_bit - BITS_ALONG * (b.first_row - 2.0) - REACH
+        most_u = BITS_ALONG * (b.columns + 3.0)
+        most_v = BITS_ALONG * (b.rows + 3.0)
         self.both[own] = 1
         for part in range(self.samples // FEW):
             # of the counts of eight samples at all shifts, the ones, twos, fours and eights

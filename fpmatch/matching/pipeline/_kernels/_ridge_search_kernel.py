@@ -82,7 +82,7 @@ class RidgeSearch:
         for k in range(self.count):
             i, j = self.best_own[k], self.best_other[k]
             self._fit_pair(small, i, large, j)
-            if correlator.compare_rigid(small, large, self.c, self.s, self.x, self.y) == 0:
+            if correlator.compare(small, large, None, self.c, self.s, self.x, self.y) == 0:
                 continue
             value = (correlator.correlation - self.usual_correlation) * sqrt(correlator.cells)
             if value > self.min_value:

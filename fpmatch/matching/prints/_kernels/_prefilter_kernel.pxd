@@ -11,8 +11,8 @@ cdef class Prefilter:
     cdef double near2, spread2
     cdef double[::1] cosine_of, sine_of
     cdef double[:, ::1] own_xy, a, b
-    cdef int[:, ::1] pair, turned, row
-    cdef int[::1] start, angle, bound, of_weight
+    cdef int[:, ::1] pair, row
+    cdef int[::1] angle, bound, of_weight
     cdef unsigned long long[::1] of_turn, consistent
 
     cpdef int load(
@@ -32,8 +32,7 @@ cdef class Prefilter:
     cdef int _find_cells(
         self, Py_ssize_t first, Py_ssize_t count, const unsigned short[:, ::1] neighbour_bits
     ) noexcept nogil
-    cdef int _order_by_own(self) noexcept nogil
-    cdef int _keep_best(self) noexcept nogil
+    cdef int _keep_best(self, bint other_first) noexcept nogil
     cdef int _locate(
         self, Py_ssize_t first, const float[:, ::1] xy, const unsigned char[::1] direction_bin,
         bint other_first,

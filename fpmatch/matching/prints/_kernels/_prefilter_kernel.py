@@ -62,8 +62,7 @@ class Prefilter:
         self.most_turn = round(p.pair_turn_deg * prints.TURNS / 360)
         angle = np.arange(256) * (2 * np.pi / 256)
         self.cosine_of, self.sine_of = np.cos(angle), np.sin(angle)
-        self.pair, self.turned = np.zeros((2, 3, ROOM * ROOM), np.int32)
-        self.start = np.zeros(ROOM + 2, np.int32)
+        self.pair = np.zeros((3, ROOM * ROOM), np.int32)
         self.row = np.zeros((2, most), np.int32)
         self.a, self.b = np.zeros((2, 2, most))
         self.angle, self.bound = np.zeros((2, most), np.int32)
@@ -117,9 +116,7 @@ class Prefilter:
         """
         flowing = flowing and self.has_flow
         self._pair(first, last, neighbour_bits, orientation_bins, flowing, other_first)
-        if other_first and self.count > 1:
-            self._order_by_own()
-        self._keep_best()
+        self._keep_best(other_first)
         self._locate(first, xy, direction_bin, other_first)
         return self._consistent_weight()
 
@@ -245,42 +242,34 @@ class Prefilter:
         return 0
 
     @cython.locals(k=cython.int, entry=cython.int)
-    def _order_by_own(self):
-        """Put the pairs in the order of the own minutiae, then of the others."""
-        own: cython.int = self.coded
-        # the starts run one ahead while the pairs are sorted, two while they are counted
-        for k in range(own + 2):
-            self.start[k] = 0
-        for k in range(self.count):
-            self.start[self.pair[0, k] + 2] += 1
-        for k in range(own):
-            self.start[k + 2] += self.start[k + 1]
-        for k in range(self.count):
-            place = self.start[self.pair[0, k] + 1]
-            self.start[self.pair[0, k] + 1] += 1
-            for entry in range(3):
-                self.turned[entry, place] = self.pair[entry, k]
-        for entry in range(3):
-            for k in range(self.count):
-                self.pair[entry, k] = self.turned[entry, k]
-        return 0
+    def _keep_best(self, other_first):
+        """Keep pairs that weigh more than `least`, and the first `equal` that weigh as much.
 
-    @cython.locals(entry=cython.int)
-    def _keep_best(self):
-        """Keep pairs that weigh more than `least`, and the first `equal` that weigh as much."""
-        kept: cython.int = 0
+        They come in the order of B's minutiae, then of A's; return their number.
+        """
+        chosen: cython.int = 0
         equal: cython.int = self.equal
-        if self.count <= self.most:
-            return self.count
         for k in range(self.count):
-            if self.pair[2, k] < self.least or (self.pair[2, k] == self.least and equal == 0):
+            own, other, weight = self.pair[0, k], self.pair[1, k], self.pair[2, k]
+            if weight < self.least:
                 continue
-            equal -= self.pair[2, k] == self.least
+            at: cython.Py_ssize_t = chosen
+            while other_first and at > 0 and self.pair[0, at - 1] > own:
+                for entry in range(3):
+                    self.pair[entry, at] = self.pair[entry, at - 1]
+                at -= 1
+            self.pair[0, at], self.pair[1, at], self.pair[2, at] = own, other, weight
+            chosen += 1
+        self.count = 0
+        for k in range(chosen):
+            ties: cython.bint = self.pair[2, k] == self.least
+            if ties and equal == 0:
+                continue
+            equal -= ties
             for entry in range(3):
-                self.pair[entry, kept] = self.pair[entry, k]
-            kept += 1
-        self.count = kept
-        return kept
+                self.pair[entry, self.count] = self.pair[entry, k]
+            self.count += 1
+        return self.count
 
     @cython.locals(h=cython.Py_ssize_t)
     def _locate(self, first, xy, direction_bin, other_first):

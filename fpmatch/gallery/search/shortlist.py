@@ -75,11 +75,12 @@ def agreement(counted: NDArray[np.uint16]) -> NDArray[np.uint16]:
     [1567, 2194, 2424]
     """
     if not counted.size:
-        return counted[0]
+        return np.empty(0, np.uint16)
     deviation = counted[:, :: 1 + counted.shape[1] // SAMPLE].std(axis=1)
     scale = (UNIT / np.maximum(deviation, 1.0)).astype(np.float32)
     total = counted[0] * scale[0] + counted[1] * scale[1]
-    return np.minimum(total, np.iinfo(np.uint16).max).astype(np.uint16)
+    agreed: NDArray[np.uint16] = np.minimum(total, 65_535).astype(np.uint16)
+    return agreed
 
 
 def most_agreeing(agreed: NDArray[np.uint16], most: int) -> NDArray[np.intp]:

@@ -13,9 +13,9 @@ from cython.cimports.fpmatch.gallery.index._vote_cells import (
     AHEAD,
     CELLS,
     MOST,
-    MOST_VOTES,
     PRODUCT_BITS,
     TURN,
+    TURNED,
     WORDS,
     most_votes,
     prefetch,
@@ -68,23 +68,28 @@ def count_votes(
             votes[p] = most_votes(here) * factor[p] >> 2
 
 
-@cython.locals(p=cython.Py_ssize_t, k=cython.Py_ssize_t)
-def add_similarity(
+@cython.locals(p=cython.Py_ssize_t, t=cython.Py_ssize_t, k=cython.Py_ssize_t)
+def compare_embeddings(
     embedding: cython.const[cython.schar][:, ::1],
-    probe: cython.const[cython.short][::1],
-    votes: cython.ushort[::1],
+    probe: cython.const[cython.short][:, ::1],
+    similarity: cython.ushort[::1],
 ):
-    """Add to the `votes` of each print how similar its embedding (N, L) is to the probe's (L,).
+    """Fill `similarity` with how similar the embedding of each print, (N, L), is to the probe's.
 
-    Embeddings that point away from the probe's add nothing. Other threads may run meanwhile.
+    Of the probe there are several, (T, L): of the print as it is given, and turned. The greatest
+    product counts, less `TURNED` for one that is turned, and 0 where all point away. Other threads
+    may run meanwhile.
     """
     with cython.nogil:
         for p in range(embedding.shape[0]):
-            product: cython.int = 0
-            for k in range(probe.shape[0]):
-                product += cython.cast(cython.short, embedding[p, k]) * probe[k]
-            total: cython.int = votes[p] + (product >> PRODUCT_BITS if product > 0 else 0)
-            votes[p] = total if total < MOST_VOTES else MOST_VOTES
+            greatest: cython.int = 0
+            for t in range(probe.shape[0]):
+                product: cython.int = 0
+                for k in range(probe.shape[1]):
+                    product += cython.cast(cython.short, embedding[p, k]) * probe[t, k]
+                product = (product >> PRODUCT_BITS) - (TURNED if t > 0 else 0)
+                greatest = max(greatest, product)
+            similarity[p] = greatest
 
 
 @cython.locals(t=cython.Py_ssize_t, i=cython.Py_ssize_t, w=cython.Py_ssize_t)

@@ -57,4 +57,4 @@ cdef enum:
     WORDS = 64  # of four cells along y
     MOST = 63  # votes that are counted in a cell: four make less than 256
     PRODUCT_BITS = 5  # of a product, that do not count
-    MOST_VOTES = 65535
+    TURNED = 300  # what is subtracted from the product of a turned print: few probes are turned

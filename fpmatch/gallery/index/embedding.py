@@ -118,7 +118,26 @@ def embeddings(prints: Sequence[PreparedTemplate]) -> NDArray[np.int8]:
     """
     parts = [np.zeros((0, LENGTH), np.int8)]
     for first in range(0, len(prints), AT_ONCE):
-        made = _NETWORK(pictures(prints[first : first + AT_ONCE]))
-        made /= np.maximum(np.linalg.norm(made, axis=1, keepdims=True), 1e-9)
-        parts.append(np.clip(np.rint(STEPS * made), -127, 127).astype(np.int8))
+        parts.append(_embedded(pictures(prints[first : first + AT_ONCE])))
     return np.concatenate(parts)
+
+
+def turned_embeddings(print_: PreparedTemplate) -> NDArray[np.int8]:
+    """Return the embeddings of a print and of it turned by 90, 180 and 270 degrees, (4, 128).
+
+    Raises FpmatchError as `embeddings` does.
+    """
+    shown = pictures([print_])[0]
+    turned = [shown]
+    for _ in range(3):
+        u, v, area, c, s, number = np.rot90(shown, axes=(1, 2))
+        shown = np.stack([-u, -v, area, -s, c, number])  # u and v are at twice the angle
+        turned.append(shown)
+    return _embedded(np.stack(turned))
+
+
+def _embedded(shown: NDArray[np.float32]) -> NDArray[np.int8]:
+    made = _NETWORK(shown)
+    made /= np.maximum(np.linalg.norm(made, axis=1, keepdims=True), 1e-9)
+    embedded: NDArray[np.int8] = np.clip(np.rint(STEPS * made), -127, 127).astype(np.int8)
+    return embedded

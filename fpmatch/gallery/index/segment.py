@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.prints.prepared import BitDescriptors, PreparedTemplate
 
 if COMPILED:  # where it is not, removed prints are erased from an index that others use
-    from fpmatch.gallery.index._segment_kernel import add_similarity, count_votes, score_prints
+    from fpmatch.gallery.index._segment_kernel import compare_embeddings, count_votes, score_prints
     from fpmatch.matching.prints.prepare import prefilter_of
 
 MOST_PRINTS: Final = 4096
@@ -162,18 +162,18 @@ class Segment:
         return np.cumsum([0, *self.described.tolist()], dtype=np.int64)
 
     def votes(self, probe: ProbeTerms) -> NDArray[np.uint16]:
-        """Return how much of a probe's terms each print has in one place and rotation, (N,).
+        """Return how much of a probe's terms each print has in one place and rotation, (2, N).
 
-        Votes are divided by the square root of the print's size; the similarity of the embeddings
-        is added to them.
+        Votes are divided by the square root of the print's size. Below them stands the similarity
+        of the embeddings.
         """
-        counted = np.zeros(len(self), np.uint16)
+        counted, similarity = both = np.zeros((2, len(self)), np.uint16)
         table = np.empty(len(self) * WORDS_OF_A_PRINT, np.uint32)
         looked_up = probe.term, probe.weight, probe.reading, probe.shift
         factor = _FACTOR[self.size]
         count_votes(self.term_start, self.posting, *looked_up, factor, table, counted)
-        add_similarity(self.embedding, probe.embedding, counted)
-        return counted
+        compare_embeddings(self.embedding, probe.embedding, similarity)
+        return both
 
     def scores(self, probe: PreparedTemplate, which: NDArray[np.integer]) -> NDArray[np.int32]:
         """Return how much the bit descriptors of some prints have in common with a probe's."""

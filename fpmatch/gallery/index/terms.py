@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from fpmatch.base.parsing import parse_json
-from fpmatch.gallery.index.embedding import embeddings
+from fpmatch.gallery.index.embedding import turned_embeddings
 from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
@@ -197,7 +197,7 @@ class ProbeTerms:
     weight: NDArray[np.uint8]  # (T,)
     reading: NDArray[np.int32]  # (T,)
     shift: NDArray[np.uint16]  # (R, ROTATIONS): place and rotation, by a print's direction
-    embedding: NDArray[np.int16]  # (128,)
+    embedding: NDArray[np.int16]  # (4, 128): as given, and turned by quarters
 
 
 def probe_terms(
@@ -246,7 +246,7 @@ def probe_terms(
         weight=weight.astype(np.uint8),
         reading=(kept // ((2 * REACH + 1) ** 3 * CURVATURES)).astype(np.int32),
         shift=_turned(of.middle, np.rint(_share(of.along) * ROTATIONS).astype(np.int64)),
-        embedding=embeddings([probe])[0].astype(np.int16),
+        embedding=turned_embeddings(probe).astype(np.int16),
     )
 
 

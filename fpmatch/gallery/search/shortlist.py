@@ -25,8 +25,10 @@ if TYPE_CHECKING:
 LEAST_BY_TERMS: Final = 2000
 SHARE_BY_TERMS: Final = 0.011
 BY_DESCRIPTORS: Final = 250
-VOTE_WEIGHT: Final = 1 / 256
-"""What a vote adds to the normalized score of the bit descriptors."""
+UNIT: Final = 256  # of the agreement of prints: a standard deviation
+AGREEMENT_WEIGHT: Final = 0.3 / UNIT
+"""What the agreement adds to the normalized score of the bit descriptors."""
+SAMPLE: Final = 65_536  # prints, about, by which a standard deviation is estimated
 
 
 def shortlist(
@@ -41,8 +43,9 @@ def shortlist(
     by_terms = effort * max(LEAST_BY_TERMS, round(SHARE_BY_TERMS * len(index.numbers)))
     terms = probe_terms(probe, unoriented=unoriented_share(segments))
     counted = threads.map(lambda terms, segment: segment.votes(terms), terms, segments)
-    votes = np.concatenate([np.empty(0, np.uint16), *counted])[index.stored]
-    first = most_voted(votes, max(by_terms, by_descriptors))
+    both = np.concatenate([np.empty((2, 0), np.uint16), *counted], axis=1)
+    agreed = agreement(both[:, index.stored])
+    first = most_agreeing(agreed, max(by_terms, by_descriptors))
     first = first[np.argsort(index.stored[first])]
     places = index.stored[first]
     start = np.cumsum([0, *map(len, segments)])
@@ -55,24 +58,44 @@ def shortlist(
     sizes = np.concatenate([np.empty(0, np.uint8), *(one.size for one in segments)])[places]
     # Either finds mates that the other loses: votes need a mesh that both prints have,
     # descriptors the ridges around the minutiae.
-    combined = size_normalized(scores, sizes, len(probe)) + VOTE_WEIGHT * votes[first]
+    combined = size_normalized(scores, sizes, len(probe)) + AGREEMENT_WEIGHT * agreed[first]
     second = first[np.argsort(-combined, kind="stable")[:by_descriptors]]
     return np.sort(index.numbers[second]).tolist(), (len(first), len(second))
 
 
-def most_voted(votes: NDArray[np.uint16], most: int) -> NDArray[np.intp]:
-    """Return the places, ascending, of the `most` prints with the most votes; of equals, the first.
+def agreement(counted: NDArray[np.uint16]) -> NDArray[np.uint16]:
+    """Return how far prints agree with a probe, (N,), by the numbers of `Segment.votes`, (2, N).
+
+    It is the sum of votes and similarity of the embeddings, each divided by its standard deviation
+    in the gallery, in 256ths.
 
     Examples
     --------
-    >>> most_voted(np.array([3, 1, 7, 3, 3], np.uint16), 3).tolist()
+    >>> agreement(np.array([[0, 0, 300], [500, 700, 600]], np.uint16)).tolist()
+    [1567, 2194, 2424]
+    """
+    if not counted.size:
+        return np.empty(0, np.uint16)
+    deviation = counted[:, :: 1 + counted.shape[1] // SAMPLE].std(axis=1)
+    scale = (UNIT / np.maximum(deviation, 1.0)).astype(np.float32)
+    total = counted[0] * scale[0] + counted[1] * scale[1]
+    agreed: NDArray[np.uint16] = np.minimum(total, 65_535).astype(np.uint16)
+    return agreed
+
+
+def most_agreeing(agreed: NDArray[np.uint16], most: int) -> NDArray[np.intp]:
+    """Return the places, ascending, of the `most` prints that agree most; of equals, the first.
+
+    Examples
+    --------
+    >>> most_agreeing(np.array([3, 1, 7, 3, 3], np.uint16), 3).tolist()
     [0, 2, 3]
     """
-    if len(votes) <= most:
-        return np.arange(len(votes))
-    least = np.partition(votes, len(votes) - most)[len(votes) - most]
-    chosen = votes > least
-    chosen[np.flatnonzero(votes == least)[: most - np.count_nonzero(chosen)]] = True
+    if len(agreed) <= most:
+        return np.arange(len(agreed))
+    least = np.partition(agreed, len(agreed) - most)[len(agreed) - most]
+    chosen = agreed > least
+    chosen[np.flatnonzero(agreed == least)[: most - np.count_nonzero(chosen)]] = True
     return np.flatnonzero(chosen)
 
 

@@ -6,8 +6,15 @@ import pytest
 from fpmatch.base.network import Network
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index import embedding
-from fpmatch.gallery.index.embedding import LENGTH, SIDE, embeddings, pictures
+from fpmatch.gallery.index.embedding import (
+    LENGTH,
+    SIDE,
+    embeddings,
+    pictures,
+    turned_embeddings,
+)
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.templates.making import make_templates
 
 
@@ -40,6 +47,20 @@ def test_a_print_has_one_embedding_alone_and_among_many():
     assert (together == apart).all()
     assert (pictures(prints) == np.concatenate([pictures([print_]) for print_ in prints])).all()
     assert embeddings([]).shape == (0, LENGTH)
+
+
+def test_turned_embeddings_are_those_of_the_turned_print():
+    (template,) = make_templates(77, [4], 1)
+    m, field, size = template.minutiae, template.field, template.height
+    of_probe = turned_embeddings(MATCHER.prepare(template)).astype(int)
+    for quarter in range(1, 4):
+        m = Minutiae(m.y, size - m.x, m.angle + np.pi / 2, m.kind, m.quality)
+        turned = np.rot90(field.orientation) + np.float32(np.pi / 2)
+        field = RidgeField(field.step, turned % np.float32(np.pi), np.rot90(field.mask), None)
+        given = Template(m, size, size, 500.0, field)
+        (own,) = embeddings([MATCHER.prepare(given)]).astype(int)
+        assert (of_probe @ own).argmax() == quarter
+        assert of_probe[quarter] @ own > 0.9 * (own @ own)
 
 
 def test_a_damaged_network_is_one_line(tmp_path):

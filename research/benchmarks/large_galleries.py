@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 SIZES = (10_000, 100_000, 1_000_000)
 SEED = 22
 MADE_FINGERS, MADE_IMPRESSIONS = 40, 4  # of synthetic mates
-PROBES, TURNED_PROBES = 30, 6  # of each database, at most
+PROBES, TURNED_PROBES = 70, 10  # of each database, at most
 TURNED = (0, 90, 180)  # degrees
 ALONE = 10  # probes without a mate, whose searches are timed
 BATCH = 1000  # entries a transaction

@@ -272,8 +272,8 @@ def test_a_gallery_is_searched_compared_with_and_audited(run, sent, tmp_path, ga
         entries = http.get("/gallery/prints?subject=ada").json()["prints"]
         assert [one["source"] for one in entries] == ["ada_left.png", "ada_right.png"]
         (best,), (other,) = answer["candidates"], printed["candidates"]  # one of each subject
-        transform = {name: best.pop(name) for name in ("transform", "pairs", "rms_px")}
-        assert transform["transform"]["rotation_deg"] == pytest.approx(90, abs=1)
+        moved = {name: best.pop(name) for name in ("transform", "pairs", "rms_px")}
+        assert moved["transform"]["rotation_deg"] == pytest.approx(90, abs=1)
         assert best == other | {"source": "ada_left.png"}
         at = f"/gallery/{best['id']}"
         shown = http.post(f"{at}/compare", files=probe).json()

@@ -20,7 +20,7 @@ from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.evidence import Evidence, amount_terms, as_similarity, main_reason
-from fpmatch.matching.prints.prepared import encode, lies_off_ridges
+from fpmatch.matching.prints.prepared import encode_scaled, lies_off_ridges
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.prefilter import descriptor_similarity
 from fpmatch.matching.reference.ridges import ridge_map
@@ -182,7 +182,7 @@ class UnitCircleMatcher(Matcher):
         """
         p, ours = self.parameters, reference.bit_descriptors
         known = probe.points, probe.quality, probe.neighbourhoods, probe.region, p
-        theirs = encode(*known, ratios)
+        theirs = encode_scaled(*known, ratios)
         if self.by_reference:
             scores = [descriptor_similarity(ours, bits, p) for bits in theirs]
         else:

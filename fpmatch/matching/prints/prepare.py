@@ -17,22 +17,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.matching.constants.prints import (
+    FLOW_PLACES,
+    MAX_ENCODED,
+    NEIGHBOUR_WORDS,
+    ORIENTATION_WORDS,
+    TURNS,
+    UNKNOWN_BIN,
+)
 from fpmatch.matching.parameters import USUAL, MatchParameters
+from fpmatch.matching.prints._kernels._encode_kernel import encode_neighbours, encode_orientations
 from fpmatch.matching.prints._kernels._neighbourhood_kernel import NeighbourhoodWriter
 from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
-from fpmatch.matching.prints.prepared import Neighbourhoods, prepare_by
+from fpmatch.matching.prints.prepared import BitDescriptors, Neighbourhoods, prepare_by
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepared import BitDescriptors, PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate, PrintArea
     from fpmatch.templates.minutiae import Template
 
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their neighbourhoods."""
-    return prepare_by(neighbourhoods, template, parameters)
+    return prepare_by(neighbourhoods, encode, template, parameters)
 
 
 def neighbourhoods(points: NDArray[np.float64], parameters: MatchParameters) -> Neighbourhoods:
@@ -44,6 +53,30 @@ def neighbourhoods(points: NDArray[np.float64], parameters: MatchParameters) -> 
     writer = NeighbourhoodWriter(points, parameters, count, neighbour, frame)
     writer.write(mesh.edges, mesh.ring_start, mesh.ring, mesh.interior.view(np.uint8))
     return Neighbourhoods(count, neighbour, frame)
+
+
+def encode(
+    points: NDArray[np.float64],
+    quality: NDArray[np.float64],
+    neighbours: Neighbourhoods,
+    region: PrintArea,
+    parameters: MatchParameters,
+) -> BitDescriptors:
+    """Encode the minutiae (4, N) of a print as `encode_scaled` does for one scale."""
+    r, n, count, frame = region, len(quality), neighbours.count, neighbours.frame
+    coded = np.zeros(n, np.uint8)
+    coded[np.argsort(-quality, kind="stable")[:MAX_ENCODED]] = 1
+    angle = np.arctan2(frame[:, 3], frame[:, 2])
+    neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
+    encode_neighbours(count, frame, angle, coded, 1.0 / parameters.cell_px, neighbour_bits)
+    turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
+    direction_bin = (turn % TURNS).astype(np.uint8)
+    orientation_bins = np.full((n, ORIENTATION_WORDS), UNKNOWN_BIN, np.uint8)
+    if r.has_flow:
+        place = r.code, r.first_row, r.first_column, r.step
+        encode_orientations(points, direction_bin, *place, FLOW_PLACES, orientation_bins)
+    xy = np.ascontiguousarray(points[:2].T, np.float32)
+    return BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, r.has_flow)
 
 
 def prefilter_of(descriptors: BitDescriptors, parameters: MatchParameters = USUAL) -> Prefilter:

@@ -159,7 +159,7 @@ class PreparedTemplate:
         return len(self.index)
 
 
-def encode(
+def encode_scaled(
     points: NDArray[np.float64],
     quality: NDArray[np.float64],
     neighbours: Neighbourhoods,
@@ -243,10 +243,11 @@ def _orientation_bins(
 
 def prepare_by(
     neighbourhoods: Callable[[NDArray[np.float64], MatchParameters], Neighbourhoods],
+    encode: Callable[..., BitDescriptors],
     template: Template,
     parameters: MatchParameters,
 ) -> PreparedTemplate:
-    """Prepare a template by a function that describes the neighbourhoods of minutiae (4, N).
+    """Prepare a template by functions that describe its minutiae: neighbourhoods, then bits.
 
     Of too many minutiae those of best quality are kept, in the template's order.
     """
@@ -269,7 +270,7 @@ def prepare_by(
         region = area_of_hull(points, p.hull_step_px, p.max_hull_cells)
     quality = qualities(minutiae.quality, p.usual_quality)
     described = neighbourhoods(points, p)
-    (bits,) = encode(points, quality, described, region, p)
+    bits = encode(points, quality, described, region, p)
     key = content_key(points, quality, region)
     return PreparedTemplate(points, quality, index, described, region, bits, to_500dpi, key)
 

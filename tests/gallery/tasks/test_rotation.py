@@ -118,6 +118,16 @@ def test_a_damaged_entry_is_left_and_named(tmp_path, source, run):
         assert list(gallery.damaged) == [4]
 
 
+def test_a_damaged_entry_of_a_plain_gallery_is_sealed_too(tmp_path):
+    path = make(tmp_path / "g.db", encrypt=False)
+    changed(path, "UPDATE fpmatch_entry SET subject = 'x' WHERE id = 4")
+    with open_gallery(path) as gallery:
+        assert [one["id"] for one in rotate(gallery)["damaged"]] == [4]
+        assert not readable(tmp_path, PRINTS[3])
+        assert len(list(gallery.templates())) == len(PRINTS) - 1
+        assert list(gallery.damaged) == [4]
+
+
 def test_without_all_keys_nothing_is_changed(tmp_path, source, monkeypatch):
     path = make(tmp_path / "g.db", encrypt=True)
     before = path.read_bytes()

@@ -119,7 +119,7 @@ def rotate(gallery: Gallery, *, progress: Progress = no_progress) -> dict[str, A
                     columns = row._asdict() if before is None else vars(before.unseal_row(row))
                 except DamagedRowError as error:
                     damaged.append({"id": row.id, "reason": error.why})
-                    if before is None and row_digest(row._mapping) >= 0:
+                    if before is None and row_digest(row._asdict()) >= 0:
                         # not left readable; its digest stays wrong
                         own = new.seal_row(row._asdict())["template"]
                         changes.append({"row": row.id, "own": own, "of_own": row.digest})

@@ -109,14 +109,15 @@ class GalleryIndex:
             named = self._read(folder, gallery.name) | named
         self._held, there = _counted(named, numbers, digests)
         new = numbers[~there]
-        for first in range(0, max(len(new), 1), MOST_PRINTS):
-            some = new[first : first + MOST_PRINTS]
-            given = digests[np.searchsorted(numbers, some)]
-            made = self._built(gallery, some, given, first, len(new))
-            if len(made):
-                self._held = _with_segment(self._held, made)
-            if folder is not None:
-                folder.write(self._held)
+        with serial() if len(new) <= FEW else self._engine or processes() as engine:
+            for first in range(0, max(len(new), 1), MOST_PRINTS):
+                some = new[first : first + MOST_PRINTS]
+                given = digests[np.searchsorted(numbers, some)]
+                made = self._built(gallery, engine, some, given, first, len(new))
+                if len(made):
+                    self._held = _with_segment(self._held, made)
+                if folder is not None:
+                    folder.write(self._held)
         self.segments = [one for one, _ in self._held.values()]
         counts = [np.empty(0, bool), *(mask for _, mask in self._held.values())]
         every = np.concatenate([numbers[:0], *(one.number for one in self.segments)])
@@ -141,6 +142,7 @@ class GalleryIndex:
     def _built(
         self,
         gallery: Gallery,
+        engine: Engine,
         numbers: NDArray[np.int64],
         digests: NDArray[np.int64],
         done: int,
@@ -151,14 +153,13 @@ class GalleryIndex:
         of_number = zip(numbers.tolist(), digests.tolist(), strict=True)
         given = [(number, rows[number], digest) for number, digest in of_number if number in rows]
         chunks = [given[k : k + PRINTS_PER_CHUNK] for k in range(0, len(given), PRINTS_PER_CHUNK)]
-        engine = serial() if len(given) <= FEW else self._engine or processes()
         parts = [Segment.build([], [], [])]
-        with engine, closing(engine.map(_build, self.matcher, chunks)) as results:
+        with closing(engine.map(_build, self.matcher, chunks)) as results:
             for chunk, (part, failed) in zip(chunks, results, strict=True):
                 gallery.damaged |= failed
                 parts.append(part)
                 done += len(chunk)
-                if len(given) > FEW:
+                if total > FEW:
                     self._progress("prepare", min(done, total), total)
         return Segment.joined([(part, np.ones(len(part), bool)) for part in parts])
 

@@ -108,7 +108,9 @@ def test_only_what_is_new_is_built(filled, monkeypatch):
     monkeypatch.setattr(
         GalleryIndex,
         "_built",
-        lambda self, gallery, rows, *_: built.append(len(rows)) or build(self, gallery, rows, *_),
+        lambda self, gallery, engine, rows, *_: (
+            built.append(len(rows)) or build(self, gallery, engine, rows, *_)
+        ),
     )
     filled.add([new_entry(number) for number in (20, 21, 22)])
     assert len(contents(index, filled)) == len(contents(index_of(filled), filled)) == 13

@@ -182,14 +182,14 @@ class PairComparer:
             numbers = pairs.reference[rows].tolist()
             references = [there[k] for k in numbers]
             names = [task.probes[number].name, *(task.references[k].name for k in numbers)]
-            ours, evidence = self._print(probe)
             if many is not None:
                 some = many.take([place[k] for k in numbers])
-                similarity[rows] = similarities(self.matcher, ours, some)
+                similarity[rows] = similarities(self.matcher, self._print(probe)[0], some)
             else:
                 similarity[rows] = self._one_by_one(probe, references, names)
-            theirs = np.stack([self._print(data)[1] for data in references])
-            reachable[rows] = reachable_similarities(self.matcher, evidence, theirs)
+            evidence = np.stack([self._print(data)[1] for data in references])
+            ours = self._print(probe)[1]
+            reachable[rows] = reachable_similarities(self.matcher, ours, evidence)
             last = probe, references[-1], similarity[rows[-1]], [names[0], names[-1]]
         if last is not None:
             self._check_repeats(*last)

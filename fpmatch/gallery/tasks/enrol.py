@@ -72,6 +72,10 @@ class Enrolment:
         self.unmatched: list[Failure] = []
         """Prints that were enrolled although they do not match their finger."""
 
+    def __repr__(self) -> str:
+        counts = f"enrolled={self.enrolled}, known={self.known}, failures={self.failures}"
+        return f"Enrolment({counts}, added={dict(self.added)}, unmatched={self.unmatched})"
+
     @property
     def counted(self) -> int:
         """The number of prints whose outcome is known."""

@@ -4,15 +4,9 @@ export function odds(fmr) {
   if (!(fmr > 0 && fmr <= 1)) return "unknown";
   if (fmr > 0.95) return "nearly all";
   const n = 1 / fmr;
-  for (const [size, word] of [[1e9, " billion"], [1e6, " million"]]) {
-    if (n >= size * 0.9995) {
-      const share = n / size;
-      return `1 in ${share < 100 ? Number(share.toPrecision(2)) : Math.round(share)}${word}`;
-    }
-  }
-  if (n < 10) return `1 in ${Number(n.toFixed(1))}`;
-  const step = 10 ** Math.max(0, Math.floor(Math.log10(n)) - 1);
-  return `1 in ${(Math.round(n / step) * step).toLocaleString("en")}`;
+  const [unit, word] = n >= 0.9995e9 ? [1e9, " billion"] : n >= 0.9995e6 ? [1e6, " million"] : [1, ""];
+  const maximumSignificantDigits = word ? Math.max(2, 1 + Math.floor(Math.log10(n / unit))) : 2;
+  return `1 in ${(n / unit).toLocaleString("en", { maximumSignificantDigits })}${word}`;
 }
 
 export const count = (n, noun, plural = `${noun}s`) => `${n} ${n === 1 ? noun : plural}`;

@@ -57,8 +57,7 @@ def store_targets() -> list[Target]:
             for encrypt in (False, True)
             for kept in get_args(Kept)
         ),
-        Target("index-list", partial(_index, "index"), kernels=True),
-        Target("index-segment", partial(_index, "segment"), kernels=True),
+        Target("index-segment", _index, kernels=True),
         Target("packed-template", _packed, kernels=True),
         Target("stored-template", _stored, kernels=True),
     ]
@@ -178,16 +177,16 @@ def _packed() -> Reader:
     return Reader(packed, read, with_right_sum)
 
 
-def _index(kind: str) -> Reader:
+def _index() -> Reader:
     """Damage a file of a gallery's index, and search with it, or with what replaces it."""
-    place = scratch() / f"indexed-{kind}" / "prints.db"
+    place = scratch() / "indexed" / "prints.db"
     place.parent.mkdir()
     shutil.copyfile(gallery_file(), place)
     with open_gallery(place) as gallery:
         expected, _ = candidates(gallery, indexed=True)
     beside = place.with_name(f"{place.name}.prepared")
     good = {path.name: path.read_bytes() for path in sorted(beside.iterdir())}
-    (damaged,) = (name for name in good if name.endswith(f".{kind}"))
+    (damaged,) = (name for name in good if name.endswith(".segment"))
 
     def read(data: bytes) -> list[str]:
         shutil.rmtree(beside, ignore_errors=True)

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 # What the stages pass on at effort 1; see docs/explanation/searching.md.
 LEAST_BY_TERMS: Final = 2000
 SHARE_BY_TERMS: Final = 0.011
-BY_DESCRIPTORS: Final = 250
+LEAST_BY_DESCRIPTORS: Final = 120
+SHARE_BY_DESCRIPTORS: Final = 0.00025
 UNIT: Final = 256  # of the agreement of prints: a standard deviation
 AGREEMENT_WEIGHT: Final = 0.3 / UNIT
 """What the agreement adds to the normalized score of the bit descriptors."""
@@ -39,8 +40,10 @@ def shortlist(
     Also return how many prints each stage has passed on.
     """
     segments = index.segments
-    by_descriptors = max(effort * BY_DESCRIPTORS, least)
-    by_terms = effort * max(LEAST_BY_TERMS, round(SHARE_BY_TERMS * len(index.numbers)))
+    size = len(index.numbers)
+    by_descriptors = effort * max(LEAST_BY_DESCRIPTORS, round(SHARE_BY_DESCRIPTORS * size))
+    by_descriptors = max(by_descriptors, least)
+    by_terms = effort * max(LEAST_BY_TERMS, round(SHARE_BY_TERMS * size))
     terms = probe_terms(probe, unoriented=unoriented_share(segments))
     counted = threads.map(lambda terms, segment: segment.votes(terms), terms, segments)
     both = np.concatenate([np.empty((2, 0), np.uint16), *counted], axis=1)

@@ -20,7 +20,7 @@ def small_limits(monkeypatch):
     """Index galleries of more than ten prints; compare few of them."""
     monkeypatch.setattr(search_module, "EXHAUSTIVE_UP_TO", 10)
     monkeypatch.setattr(module, "LEAST_BY_TERMS", 20)
-    monkeypatch.setattr(module, "BY_DESCRIPTORS", 6)
+    monkeypatch.setattr(module, "LEAST_BY_DESCRIPTORS", 6)
 
 
 def print_of(number):

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 
 _START_S: Final = 120.0  # that a process may take to import what it needs
-_GRACE_S: Final = 3.0  # for one that starts while the server stops
+_GRACE_S: Final = 10.0  # for one that starts while the server stops
 
 
 class Pool:

@@ -82,12 +82,15 @@ def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, s
 
 
 ROTATE = """
-import sys
+import sys, time
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery import gallery as rotation
 rotation._ROWS_PER_READ = 1
+def show(stage, done, total):
+    print(stage, done, total, flush=True)
+    time.sleep(60 * (done == 5))  # until it is killed
 with open_gallery(sys.argv[1]) as gallery:
-    rotation.rotate(gallery, progress=lambda *state: print(*state, flush=True))
+    rotation.rotate(gallery, progress=show)
 """
 
 

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 
 _START_S: Final = 120.0  # that a process may take to import what it needs
-_GRACE_S: Final = 10.0  # for one that starts while the server stops
 
 
 class Pool:
@@ -65,8 +64,7 @@ class Pool:
                 yield
             finally:
                 self._replacements = None
-                # anyio forgets a process whose start is cancelled
-                group.cancel_scope.deadline = anyio.current_time() + _GRACE_S
+                group.cancel_scope.cancel()
 
     async def run(
         self, request: Request, work: Callable[..., Result], *args: Any, gallery: bool = False
@@ -87,7 +85,8 @@ class Pool:
         finally:
             doing.cancel()
             gone.cancel()
-            await asyncio.gather(doing, gone, return_exceptions=True)
+            with anyio.CancelScope(shield=True):
+                await asyncio.gather(doing, gone, return_exceptions=True)
 
     async def prepare(self, work: Callable[..., object], *args: Any) -> None:
         """Do work on the gallery that no request waits for, however long it takes."""
@@ -141,6 +140,9 @@ class Pool:
         free = anyio.CapacityLimiter(1)  # this pool has limited the call already
         for attempt in range(self._workers + 1):
             try:
+                # anyio forgets a process whose start is cancelled
+                with anyio.CancelScope(shield=True):
+                    await to_process.run_sync(os.getpid, limiter=free)
                 return await to_process.run_sync(
                     _in_worker, work, args, cancellable=True, limiter=free
                 )

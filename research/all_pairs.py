@@ -34,7 +34,7 @@ def compare_all_pairs(
     many = PreparedPrints(prints)
 
     def with_later_ones(k: int) -> NDArray[np.float64]:
-        return similarities(matcher, prints[k], many, k + 1)
+        return similarities(matcher, prints[k], many.take(range(k + 1, len(prints))))
 
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
         return np.concatenate([np.empty(0), *pool.map(with_later_ones, range(len(prints)))])

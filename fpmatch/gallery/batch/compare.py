@@ -75,7 +75,7 @@ class PairComparer:
 
     Genuine pairs are known if a list states them, both sides are the `same` prints, or both are
     manifests, whose subjects are taken for the same persons. Without a calibration, scores are left
-    empty. With a `threshold`, rows of lower scores are left out, but not those of prints without a
+    empty. With a `threshold`, rows of lower scores are left out, but not rows of prints without a
     template, whose score is not known. The decision is that at the threshold, by default 40, or by
     the matcher's share of paired minutiae. Of the prints last used, `capacity` are kept prepared.
     """

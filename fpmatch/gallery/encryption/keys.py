@@ -197,7 +197,7 @@ def make_keys(source: str) -> KeyRing:
 
 
 def add_key(source: str) -> KeyRing:
-    """Put a new key, as the current one, before those of a source; return all."""
+    """Put a new key, as the current one, before the keys of a source; return all."""
     _path_of(source)
     old = load_keys(source)
     return _write(source, map(old.find, old.ids))

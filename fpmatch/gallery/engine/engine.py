@@ -41,7 +41,7 @@ _ONE_PROCESS: Final = (
 class Engine:
     """Works on chunks; as a context manager it keeps its workers from one `map` to the next.
 
-    There are `workers` processes of this machine, or those of the Dask cluster of a `scheduler`;
+    There are `workers` processes of this machine, or the workers of a `scheduler`'s Dask cluster;
     without both, this process works.
     """
 

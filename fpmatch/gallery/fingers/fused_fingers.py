@@ -66,7 +66,7 @@ def assign_fingers(
 
 
 def fuse_fingers(scores: Sequence[float]) -> float:
-    """Return the score of a subject from those of its fingers, in any order; it may be over 100.
+    """Return the score of a subject from its fingers' scores, in any order; it may be over 100.
 
     It is ``-10·log10`` of the rate at which as many fingers of other subjects score as high
     together; of one finger its own score.

@@ -59,10 +59,8 @@ def similarities(
     matcher: Matcher,
     probe: PreparedTemplate,
     references: PreparedPrints,
-    first: int = 0,
-    last: int | None = None,
 ) -> NDArray[np.float64]:
-    """Compare one print with those from `first` up to, not including, `last`.
+    """Compare one print with many.
 
     The similarities are to the last bit those that the matcher's `compare` finds.
 
@@ -76,7 +74,7 @@ def similarities(
     >>> bool(similarity[1] == MATCHER.compare(print_, print_).similarity)
     True
     """
-    some, key = references.prints[first:last], probe.key
+    some, key = references.prints, probe.key
     similarity, order = np.zeros(len(some)), np.zeros(len(some), np.int8)
     own = getattr(type(matcher), "compare", None) is UnitCircleMatcher.compare
     if own and packs(matcher) and not matcher.by_reference and some:
@@ -84,7 +82,7 @@ def similarities(
         order[:] = [(one.key > key) - (one.key < key) for one in some]
         pipeline = pipeline_for(probe, max(len(probe), *map(len, some)))
         index_neighbours(pipeline, probe)
-        compare_each(pipeline, references.views[first:last], order, similarity)
+        compare_each(pipeline, references.views, order, similarity)
     for k in np.flatnonzero(order == 0).tolist():
         similarity[k] = matcher.compare(probe, some[k]).similarity
     return similarity

@@ -196,7 +196,7 @@ class FusedIdentification(_Outcome):
     Of equal scores, the subject comes first whose compared fingers have the greater sum of scores,
     then the one enrolled first. `compared` is the most prints that a probe was compared with before
     subjects were compared by all fingers, and `passed_on` is the most for a probe, too. `entries`
-    are those of the compared fingers, by number.
+    has the entries of the compared fingers, by number.
     """
 
     candidates: tuple[SubjectCandidate, ...]

@@ -123,7 +123,7 @@ def read_arrays(
 def _checked(
     listed: Any, whole: bytes | NDArray[np.uint8], at: int, columns: Mapping[str, Column]
 ) -> dict[str, NDArray[Any]]:
-    """Return the arrays in a file from a byte on, those of `columns` in this order."""
+    """Return the arrays in a file from a byte on: one for each of `columns`, in this order."""
     arrays: dict[str, NDArray[Any]] = {}
     lengths: dict[str | int, int] = {}
     for (name, dtype, shape), (expected, column) in zip(listed, columns.items(), strict=True):

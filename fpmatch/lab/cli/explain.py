@@ -176,7 +176,7 @@ def write_page(
     steps: list[Step],
     numbers: dict[str, Any],
 ) -> None:
-    """Write pictures, numbers and page, in this order, in place of those of an earlier page."""
+    """Write pictures, numbers and page, in this order; they replace an earlier page."""
     from fpmatch._version import __version__
     from fpmatch.base.folders import write_files
     from fpmatch.base.html import page_templates

@@ -19,17 +19,21 @@ import numpy as np
 
 from fpmatch.matching.constants.prints import (
     FLOW_PLACES,
-    MAX_ENCODED,
     NEIGHBOUR_WORDS,
     ORIENTATION_WORDS,
-    TURNS,
     UNKNOWN_BIN,
 )
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints._kernels._encode_kernel import encode_neighbours, encode_orientations
 from fpmatch.matching.prints._kernels._neighbourhood_kernel import NeighbourhoodWriter
 from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
-from fpmatch.matching.prints.prepared import BitDescriptors, Neighbourhoods, prepare_by
+from fpmatch.matching.prints.prepared import (
+    BitDescriptors,
+    Neighbourhoods,
+    direction_bins,
+    prepare_by,
+    which_encoded,
+)
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:
@@ -64,13 +68,10 @@ def encode(
 ) -> BitDescriptors:
     """Encode the minutiae (4, N) of a print as `encode_scaled` does for one scale."""
     r, n, count, frame = region, len(quality), neighbours.count, neighbours.frame
-    coded = np.zeros(n, np.uint8)
-    coded[np.argsort(-quality, kind="stable")[:MAX_ENCODED]] = 1
+    coded, direction_bin = which_encoded(quality).view(np.uint8), direction_bins(points)
     angle = np.arctan2(frame[:, 3], frame[:, 2])
     neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
     encode_neighbours(count, frame, angle, coded, 1.0 / parameters.cell_px, neighbour_bits)
-    turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
-    direction_bin = (turn % TURNS).astype(np.uint8)
     orientation_bins = np.full((n, ORIENTATION_WORDS), UNKNOWN_BIN, np.uint8)
     if r.has_flow:
         place = r.code, r.first_row, r.first_column, r.step

@@ -159,6 +159,20 @@ class PreparedTemplate:
         return len(self.index)
 
 
+def which_encoded(quality: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which minutiae (N,) have words: of many, the best by quality."""
+    coded = np.zeros(len(quality), bool)
+    coded[np.argsort(-quality, kind="stable")[: fixed.MAX_ENCODED]] = True
+    return coded
+
+
+def direction_bins(points: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return the directions of minutiae (4, N) in 256ths of a turn."""
+    turn = np.rint(np.arctan2(points[3], points[2]) * (fixed.TURNS / (2 * np.pi))).astype(np.int64)
+    bins: NDArray[np.uint8] = (turn % fixed.TURNS).astype(np.uint8)
+    return bins
+
+
 def encode_scaled(
     points: NDArray[np.float64],
     quality: NDArray[np.float64],
@@ -167,14 +181,11 @@ def encode_scaled(
     p: MatchParameters,
     ratios: Sequence[float] = (1.0,),
 ) -> list[BitDescriptors]:
-    """Encode the minutiae (4, N) of a print, or those of best quality where there are many.
+    """Encode the minutiae (4, N) of a print, of many only the best by quality.
 
-    For each of `ratios` the descriptors are those of the print with its lengths multiplied by it.
+    For each of `ratios`, all lengths of the print are multiplied by it.
     """
-    coded = np.zeros(len(quality), bool)
-    coded[np.argsort(-quality, kind="stable")[: fixed.MAX_ENCODED]] = True
-    turn = np.rint(np.arctan2(points[3], points[2]) * (fixed.TURNS / (2 * np.pi))).astype(np.int64)
-    direction_bin = (turn % fixed.TURNS).astype(np.uint8)
+    coded, direction_bin = which_encoded(quality), direction_bins(points)
     scale = np.array(ratios)[:, None, None]
     bits = _neighbour_bits(neighbours, coded, scale / p.cell_px)
     bins = _orientation_bins(points, direction_bin, region, scale)

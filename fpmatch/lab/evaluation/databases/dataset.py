@@ -74,8 +74,8 @@ class Dataset:
 
     `dpi` is the resolution of all prints (None: that of each file's own tag), and `sensor` is ""
     where it is not known. Impressions are sorted by finger and number. `place` is the folder,
-    manifest or gallery from which they are; `notes` are about the whole database. `templates` are
-    those of all impressions where they are known already, None where there is none.
+    manifest or gallery from which they are; `notes` are about the whole database. `templates`
+    belong to all impressions where they are known already, None where there is none.
     """
 
     name: str
@@ -274,7 +274,7 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
 
     Both protocols take every unordered pair of impressions of one finger as genuine. As impostor
     pairs, "extended" takes all unordered pairs of impressions of different fingers, "fvc" only
-    those of the fingers' first impressions (their lowest numbers). `impressions`: a database's
+    pairs of the fingers' first impressions (their lowest numbers). `impressions`: a database's
     impressions. `protocol`: "extended" or "fvc". Every probe is paired with the first 256
     references, then with the next. Raises a `DatasetError` if the protocol is unknown.
 

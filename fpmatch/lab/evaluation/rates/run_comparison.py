@@ -154,7 +154,7 @@ def _differences(
     """Return each rate before and now, the 95 % interval of ``now - before``, and a verdict.
 
     `changes` are bootstrapped differences, a column a rate; None with too few fingers. There is no
-    interval where neither the rates nor those of any draw differ, which is "no change".
+    interval where the rates differ neither as measured nor in any draw, which is "no change".
     """
     differences = {}
     for column, rate in enumerate(BOOTSTRAPPED):

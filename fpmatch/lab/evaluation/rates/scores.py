@@ -90,7 +90,7 @@ class ScoresSet:
 
     @property
     def impostors(self) -> Trials:
-        """The comparisons of different fingers, without those of prints that have no template."""
+        """The comparisons of different fingers, without prints that have no template."""
         t, kept = self.trials, ~self.trials.genuine & self.compared
         return Trials(t.similarity[kept], t.probe[kept], t.reference[kept], t.fingers, self.name)
 
@@ -126,7 +126,7 @@ def unnamed_set(
 
 
 def filled(similarity: Numbers) -> Numbers:
-    """Return similarities with those of failed comparisons as low as any, and not above 0."""
+    """Return similarities; failed comparisons get the lowest of all, and not above 0."""
     failed = np.isnan(similarity)
     lowest = min(0.0, float(similarity[~failed].min(initial=0.0)))
     return np.where(failed, lowest, similarity)

@@ -103,7 +103,6 @@ def evaluate(
     """
     from fpmatch.base.output import check_writable
     from fpmatch.lab.evaluation import run
-    from fpmatch.lab.evaluation.databases.dataset import with_unique_names
     from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.lab.evaluation.rates.scores import read_scores
     from fpmatch.lab.evaluation.report.results import report_document
@@ -114,8 +113,8 @@ def evaluate(
         check_writable(scores)
     outputs = prepare_outputs(options)
     earlier = None if baseline is None else read_scores(baseline)
-    loaded = run.load_datasets(places, protocol, pattern=pattern, by_folder=by_folder)
-    datasets = [one.at(dpi) for one in with_unique_names(loaded)]
+    naming: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder, "dpi": dpi}
+    datasets = run.load_datasets(places, protocol, **naming)
     say_slow_kernels()
     reader = PrintReader(raw, quiet=True)
     with ProgressBars(STAGES) as bars:

@@ -51,7 +51,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.lab.evaluation.rates.scores import Trials
     from fpmatch.matching.result import Matcher
 
@@ -75,9 +74,7 @@ def gather_impostors(
     workers: int | None = None,
     progress: Progress = no_progress,
     reading: Reading = Reading(),  # noqa: B008
-    pattern: str | NamePattern | None = None,
-    by_folder: bool = False,
-    dpi: float | None = None,
+    **naming: Any,
 ) -> list[Trials]:
     """Return the impostor comparisons of files of scores, then of databases of prints.
 
@@ -85,8 +82,8 @@ def gather_impostors(
     galleries, whose prints are compared by the extended protocol. In place of the default matcher,
     the one whose similarities are not lowered by the pairs that chance makes compares and is read:
     fitted to lowered ones, a calibration would raise them again. Other parameters are as for
-    `fpmatch.lab.evaluation.run`, `dpi` is the resolution of all images. Raises a `DatasetError` if
-    a source cannot be used, or a database comes twice; a `MatcherError` if the matcher is unknown.
+    `fpmatch.lab.evaluation.run`, `naming` as for `load_datasets`. Raises a `DatasetError` if a
+    source cannot be used, or a database comes twice; a `MatcherError` if the matcher is unknown.
     """
     given = chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     if isinstance(given, UnitCircleMatcher):  # its highest similarities are lowered by chance pairs
@@ -105,9 +102,8 @@ def gather_impostors(
             )
         gathered += [one.impostors for one in choose_matcher(sets, chosen.name, file)]
     if places := [source for source in sources if source not in files]:
-        named = load_datasets(places, pattern=pattern, by_folder=by_folder)
         how: dict[str, Any] = {"workers": workers, "progress": progress, "reading": reading}
-        (report,) = evaluate_matchers([one.at(dpi) for one in named], [chosen], **how)
+        (report,) = evaluate_matchers(load_datasets(places, **naming), [chosen], **how)
         gathered += report.impostors
     for name, times in Counter(one.name for one in gathered).items():
         if times > 1:

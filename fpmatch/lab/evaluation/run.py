@@ -11,7 +11,7 @@ from collections import Counter
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
 from fpmatch.base.folders import make_folder
@@ -20,7 +20,12 @@ from fpmatch.errors import DatasetError
 from fpmatch.gallery.batch.score import COMPARE, score
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.lab.evaluation.databases.dataset import Dataset, choose_pairs, load_dataset
+from fpmatch.lab.evaluation.databases.dataset import (
+    Dataset,
+    choose_pairs,
+    load_dataset,
+    with_unique_names,
+)
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
 from fpmatch.lab.evaluation.rates.bootstrap import CHANCE
 from fpmatch.lab.evaluation.rates.scores import (
@@ -34,8 +39,6 @@ from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.lab.evaluation.databases.dataset import Pairs
     from fpmatch.lab.evaluation.databases.extraction import Extractor
     from fpmatch.lab.evaluation.rates.scores import ScoresSet
@@ -55,7 +58,7 @@ def evaluate(
     workers: int | None = None,
     progress: Progress = no_progress,
     extractor: Extractor | None = None,
-    pattern: str | NamePattern | None = None,
+    pattern: str | None = None,
     by_folder: bool = False,
 ) -> RatesReport:
     r"""Evaluate a matcher on databases.
@@ -86,12 +89,8 @@ def evaluate(
     DatasetError
         If a database cannot be read, is given twice or has nothing to compare, or the protocol is
         unknown.
-    GalleryError
-        If a gallery cannot be read, or the pattern is none.
-    MatcherError
-        If the matcher is unknown.
     FpmatchError
-        If a worker process died.
+        If a gallery cannot be read, the matcher is unknown, or a worker process died.
 
     Examples
     --------
@@ -143,11 +142,11 @@ def evaluate_matchers(
         make_folder(kept.enter_result)
     reports, files = [], []
     with kept as folder, processes(workers) as engine:
+        how: dict[str, Any] = {"engine": nullcontext(engine), "lasting": scores is not None}
         for matcher in chosen:
             rows = []
             for source, plan in zip(sources, plans, strict=True):
-                how: dict[str, Any] = {"engine": engine, "lasting": scores is not None}
-                file, about = _scored(Path(folder), source, plan, matcher, progress, **how)
+                file, about = _scored(Path(folder), source, plan, matcher, progress, how)
                 fingers = dict(zip(source.names, source.fingers, strict=True))
                 (read,) = read_scores(file, finger_of=fingers.get)
                 rows.append(SetRates.of(read, about, source))
@@ -165,9 +164,7 @@ def _scored(
     plan: Pairs,
     matcher: Matcher,
     progress: Progress,
-    *,
-    engine: Engine,
-    lasting: bool,
+    how: dict[str, Any],
 ) -> tuple[Path, dict[str, Any]]:
     """Score the pairs of a database, unless an interrupted run has done so.
 
@@ -182,9 +179,7 @@ def _scored(
     def show(stage: str, done: int, total: int) -> None:
         progress(COMPARE if stage == COMPARE else "extract", done, total)
 
-    place = cast("Engine", nullcontext(engine))
-    how: dict[str, Any] = {"engine": place, "progress": show, "lasting": lasting}
-    done = score(source, source, file, pairs=plan, matcher=matcher, **how)
+    done = score(source, source, file, pairs=plan, matcher=matcher, progress=show, **how)
     about = {
         "failures": {one.name: one.reason for one in done.failures},
         "dpi_assumed": list(done.dpi_assumed),
@@ -208,21 +203,15 @@ def _join(files: Sequence[Path], target: str | os.PathLike[str]) -> None:
 
 
 def load_datasets(
-    datasets: Sequence[AnyDataset],
-    protocol: str = "extended",
-    *,
-    pattern: str | NamePattern | None = None,
-    by_folder: bool = False,
+    datasets: Sequence[AnyDataset], protocol: str = "extended", **how: Any
 ) -> list[Dataset]:
     """Load the databases among `datasets` that are given as folders, manifests or galleries.
 
-    Other parameters are as for `load_dataset`. Raises what that raises, and a `DatasetError` if
-    there is none, one is given twice, or one has no pair to compare.
+    `how` is as for `load_dataset`. Of databases of one name, the names become those of the folders.
+    Raises what that raises, and a `DatasetError` if there is none, one is given twice, or one has
+    no pair to compare.
     """
-    loaded = [
-        d if isinstance(d, Dataset) else load_dataset(d, pattern=pattern, by_folder=by_folder)
-        for d in datasets
-    ]
+    loaded = [one if isinstance(one, Dataset) else load_dataset(one, **how) for one in datasets]
     if not loaded:
         raise DatasetError("no database given")
     seen: set[Path] = set()
@@ -233,7 +222,7 @@ def load_datasets(
         if place in seen:
             raise DatasetError(f"{dataset.place}: database given twice")
         seen.add(place)
-    return loaded
+    return with_unique_names(loaded)
 
 
 def evaluate_scores(
@@ -300,8 +289,7 @@ def notes_on(report: RatesReport) -> list[str]:
         notes.append(f"{failed:,} of {total:,} comparisons have no score and count as the lowest")
     if not all(one.trials.fingers for one in report.scores):
         notes.append(
-            "its fingers are not known: comparisons are drawn for the 95 % intervals, which are "
-            "too narrow where fingers come in several comparisons; --pattern finds fingers in the "
+            "its fingers are not known: there are no 95 % intervals; --pattern finds fingers in "
             "names of prints"
         )
     if report.pooled.eer is not None and report.pooled.eer > CHANCE:

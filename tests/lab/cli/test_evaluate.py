@@ -22,7 +22,7 @@ def known_answers(monkeypatch, bench):
     """Let the command run with a matcher and an extractor whose answers are known."""
     monkeypatch.setattr(work, "get_matcher", lambda name: bench.MATCHER)
     monkeypatch.setattr(
-        extraction, "extract_image", lambda path, dpi, **_: bench.extractor(path, dpi)
+        extraction, "extract_print", lambda file, **_: bench.extractor(file.path, file.dpi)
     )
 
 
@@ -81,11 +81,11 @@ def test_the_options_of_reading_come_before_dataset_toml(
 ):
     asked = set()
 
-    def extract(path, dpi, reader, **_):
-        asked.add((dpi, reader.folders[path.parent].polarity, reader.reader.raw_sizes))
-        return bench.extractor(path, dpi)
+    def extract(file, reader, **_):
+        asked.add((file.dpi, reader.folders[file.path.parent].polarity, reader.reader.raw_sizes))
+        return bench.extractor(file.path, file.dpi)
 
-    monkeypatch.setattr(extraction, "extract_image", extract)
+    monkeypatch.setattr(extraction, "extract_print", extract)
     place = make_database("prints", toml='dpi = 569\npolarity = "dark"\n')
     for given in ((), ("--dpi", 1000, "--polarity", "white", "--raw", "9x8")):
         evaluate(place, "--bootstrap", 0, *given)

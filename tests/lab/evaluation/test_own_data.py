@@ -10,7 +10,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.lab.evaluation.calibrate import gather_impostors
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.databases.extraction import DatasetSource, extract_image
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 from fpmatch.lab.evaluation.run import evaluate
 
 
@@ -46,9 +46,3 @@ def test_templates_and_galleries_are_compared_as_they_are(templates, tmp_path):
         gallery.remove([gallery.numbers_of("ada")[0]])
     with pytest.raises(DatasetError, match="has been removed meanwhile"):
         evaluate(dataset, workers=1)
-
-
-def test_a_template_at_another_resolution_and_one_of_several_prints(template, tmp_path):
-    save_template(tmp_path / "1_1.xyt", template)
-    assert extract_image(tmp_path / "1_1.xyt", None).dpi_assumed
-    assert extract_image(tmp_path / "1_1.xyt", 1000).template.dpi == 1000

@@ -63,7 +63,7 @@ def test_images_have_their_size_and_resolution(tmp_path):
             assert (image.format, image.mode) == ("TIFF", "L")
             assert image.size == (sensor.width, sensor.height)
             assert tuple(map(float, image.info["dpi"])) == (sensor.dpi, sensor.dpi)
-    assert load_dataset(tmp_path).dpi is None
+    assert {one.dpi for one in load_dataset(tmp_path).impressions} == {None}
 
 
 def test_any_number_of_workers_makes_the_same_dataset(tmp_path, undisturbed):

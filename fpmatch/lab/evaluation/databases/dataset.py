@@ -24,75 +24,52 @@ from fpmatch.errors import DatasetError, ImageReadError, unknown_name
 from fpmatch.gallery.batch.plan import PairChunk
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import Label, NamePattern, entry_names
-from fpmatch.gallery.listing.folders import natural_key, prints_in
+from fpmatch.gallery.listing.folders import natural_key
 from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.gallery.listing.manifest import read_manifest
-from fpmatch.gallery.listing.print_file import number_impressions
+from fpmatch.gallery.listing.print_file import PrintFile, number_impressions
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.image.dataset_folder import read_dataset_info
-from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.listing.print_file import PrintFile
     from fpmatch.templates.minutiae import Template
 
 PROTOCOLS: Final = ("extended", "fvc")
 _BAND: Final = 256  # references that are compared with all probes before the next
 _LEAST_CHUNK, _MOST_CHUNK = 512, 4096  # pairs
 _PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
-_TABLES: Final = (".csv", ".tsv", ".txt")  # whose first row is then missing a column
 _FORMS: Final = "--pattern finds fingers in other names, and a manifest lists any"
 
 
-@dataclass(frozen=True, slots=True, order=True)
+@dataclass(frozen=True, slots=True)
 class Impression:
-    """The file of one print, its finger, and which impression of the finger it is.
+    """One print of a database: its finger, its file, its name, and its resolution if stated."""
 
-    In a database the fingers are all numbers, as in FVC's names, or all names. `name` is the
-    print's in the database, by default the file's, as `csv_cell` makes it; `dpi` its own
-    resolution, where a manifest or a gallery states it.
-    """
-
-    finger: int | str
-    number: int
+    finger: str
     path: Path
-    name: str = ""
+    name: str
     dpi: float | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "name", csv_cell(self.name or self.path.name))
 
 
 @dataclass(frozen=True, slots=True)
 class Dataset:
     """One database: its name is from ``dataset.toml``, else the folder's or the file's.
 
-    `dpi` is the resolution of all prints (None: that of each file's own tag), and `sensor` is ""
-    where it is not known. Impressions are sorted by finger and number. `place` is the folder,
+    Impressions are sorted by finger and by their own numbers or names. `place` is the folder,
     manifest or gallery from which they are; `notes` are about the whole database. `templates`
     belong to all impressions where they are known already, None where there is none.
     """
 
     name: str
-    dpi: float | None
-    sensor: str
     impressions: tuple[Impression, ...]
     place: str
     notes: tuple[str, ...] = ()
     in_gallery: bool = False
     templates: tuple[Template | None, ...] = ()
-
-    def at(self, dpi: float | None) -> Dataset:
-        """Return the database with all prints at `dpi`, unless that is None."""
-        if dpi is None:
-            return self
-        impressions = tuple(replace(one, dpi=None) for one in self.impressions)
-        return replace(self, dpi=check_dpi(dpi), impressions=impressions)
 
 
 def load_dataset(
@@ -100,6 +77,7 @@ def load_dataset(
     *,
     pattern: str | NamePattern | None = None,
     by_folder: bool = False,
+    dpi: float | None = None,
 ) -> Dataset:
     r"""Find the prints of a database, by finger and impression, and read its description.
 
@@ -109,9 +87,11 @@ def load_dataset(
     manifest (see `fpmatch.gallery.listing.manifest`), or a gallery (file or URL). `pattern`: finds
     subject, finger and impression in other names; prints that it does not match are left out.
     `by_folder`: whether the subfolders are fingers although the folder itself contains prints, or
-    their names indicate others. Raises a `DatasetError` if there is no such database, it holds no
-    print or holds one twice (``101_1.tif`` and ``101_1.png``), or its ``dataset.toml`` or manifest
-    is malformed; a `GalleryError` if the gallery cannot be read, or the pattern is none.
+    their names indicate others. `dpi`: the resolution of all prints that are in files (default:
+    that in the manifest or ``dataset.toml``, else the file's own). Raises a `DatasetError` if there
+    is no such database, it holds no print or holds one twice (``101_1.tif`` and ``101_1.png``), or
+    its ``dataset.toml`` or manifest is malformed; a `GalleryError` if the gallery cannot be read,
+    or the pattern is none.
 
     Examples
     --------
@@ -122,41 +102,37 @@ def load_dataset(
     ...     for name in ("ada_left_1.png", "ada_left_2.png", "bob_right_1.png"):
     ...         Path(folder, name).touch()
     ...     found = load_dataset(folder, pattern=r"(?P<subject>\w+?)_(?P<finger>\w+)_\d")
-    >>> [(one.finger, one.number, one.name) for one in found.impressions][1:]
-    [('ada/left', 2, 'ada_left_2.png'), ('bob/right', 1, 'bob_right_1.png')]
+    >>> [(one.finger, one.name) for one in found.impressions][1:]
+    [('ada/left', 'ada_left_2.png'), ('bob/right', 'bob_right_1.png')]
     """
     names = NamePattern(pattern) if isinstance(pattern, str) else pattern
     kind, root = kind_of(place), Path(place)
     if kind == "gallery":
         return _of_gallery(place)
-    if kind == "folder" and names is None and not by_folder:
-        if numbered := _named_by_number(root):
-            return _described(root, numbered)
-        if prints_in(root):
-            why = "holds no prints named FFF_M.tif (finger FFF, impression M)"
-            raise DatasetError(f"{why}; {_FORMS}", path=root, code="no names")
-    if kind == "file" and root.suffix.lower() not in _TABLES:
-        raise DatasetError("not a folder of prints, a manifest or a gallery", path=root)
+    if kind == "file":
+        why = "not a folder of prints, a manifest (columns path and subject) or a gallery"
+        raise DatasetError(why, path=root)
     try:
-        files = (
-            read_manifest(root)  # which says what it lacks
-            if kind == "file"
-            else find_prints([root], pattern=names, by_folder=by_folder)
-        )
+        files = find_prints([root], dpi, pattern=names, by_folder=by_folder)
     except ImageReadError as error:
         why = "holds no prints, nor folders of them" if root.is_dir() else "no such folder"
         raise DatasetError(why, path=root, code=error.code) from error
-    labelled = [(file.label, file) for file in files if file.label is not None]
-    if not labelled and names is not None:
-        why = f"no print fits the pattern {names.text}, as {files[0].name} does not"
-        raise DatasetError(why, path=root, code="no names")
     notes = []
-    if (left_out := len(files) - len(labelled)) > 0:
+    if kind == "folder" and names is None and not by_folder:
+        if all(one.label is not None and not one.label.finger for one in files):
+            notes.append("each folder in it is taken for one finger (--pattern for other layouts)")
+        files = [replace(one, label=one.label or _by_number(one.path)) for one in files]
+    labelled = [(file.label, file) for file in files if file.label is not None]
+    if not labelled:
+        why = f"holds no prints named FFF_M.tif (finger FFF, impression M); {_FORMS}"
+        if names is not None:
+            why = f"no print fits the pattern {names.text}, as {files[0].name} does not"
+        raise DatasetError(why, path=root, code="no names")
+    if names is not None and (left_out := len(files) - len(labelled)) > 0:
         notes.append(f"{left_out} of {len(files)} prints do not fit the pattern; they are left out")
-    guessed = kind == "folder" and names is None and not by_folder
-    if guessed and not any(label.finger for label, _ in labelled):
-        notes.append("each folder in it is taken for one finger (--pattern for other layouts)")
-    return _described(root, _by_label(root, labelled), tuple(notes))
+    info = read_dataset_info(root if root.is_dir() else root.parent)
+    name = info.name or (root.stem if root.is_file() else root.resolve().name)
+    return Dataset(csv_cell(name), _sorted(labelled, root), str(root), tuple(notes))
 
 
 def with_unique_names(datasets: Sequence[Dataset]) -> list[Dataset]:
@@ -169,31 +145,14 @@ def with_unique_names(datasets: Sequence[Dataset]) -> list[Dataset]:
     return unique
 
 
-def _described(
-    root: Path, impressions: Sequence[Impression], notes: tuple[str, ...] = ()
-) -> Dataset:
-    """Return the prints of a folder or manifest with what ``dataset.toml`` there states."""
-    info = read_dataset_info(root if root.is_dir() else root.parent)
-    name = info.name or (root.stem if root.is_file() else root.resolve().name)
-    return Dataset(csv_cell(name), info.dpi, info.sensor, tuple(impressions), str(root), notes)
+def _by_number(path: Path) -> Label | None:
+    """Return the label in a name ``FFF_M``, whose leading zeros mean nothing."""
+    named = _PRINT_NAME.fullmatch(path.stem)
+    return None if named is None else Label(str(int(named[1])), "", str(int(named[2])))
 
 
-def _named_by_number(root: Path) -> list[Impression]:
-    """Return the prints of a folder that FVC's names ``FFF_M`` number."""
-    paths: dict[tuple[int, int], Path] = {}
-    for path in prints_in(root):
-        named = _PRINT_NAME.fullmatch(path.stem)
-        if named is None:
-            continue
-        key = (int(named[1]), int(named[2]))
-        if key in paths:
-            raise DatasetError(f"{root}: {paths[key].name} and {path.name} are the same impression")
-        paths[key] = path
-    return [Impression(*key, path) for key, path in sorted(paths.items())]
-
-
-def _by_label(root: Path, labelled: Sequence[tuple[Label, PrintFile]]) -> list[Impression]:
-    """Return prints with labels, sorted by finger and impression, which are numbered from 1."""
+def _sorted(labelled: Sequence[tuple[Label, PrintFile]], root: Path) -> tuple[Impression, ...]:
+    """Return prints with labels as impressions, sorted by finger and impression."""
     labels = number_impressions([label for label, _ in labelled])
     files: dict[Label, PrintFile] = {}
     for label, (_, file) in zip(labels, labelled, strict=True):
@@ -201,27 +160,15 @@ def _by_label(root: Path, labelled: Sequence[tuple[Label, PrintFile]]) -> list[I
             why = f"{files[label].name} and {file.name} are the same impression, {label}"
             raise DatasetError(why, path=root, code="duplicate")
         files[label] = file
-    return _numbered(
-        {label: Impression(_finger(label), 0, f.path, f.name, f.dpi) for label, f in files.items()}
-    )
-
-
-def _numbered(impressions: Mapping[Label, Impression]) -> list[Impression]:
-    """Return impressions sorted by finger and by the name of the impression, and numbered."""
-    count: Counter[int | str] = Counter()
-    of_finger: dict[int | str, Label] = {}
-    numbered = []
-    for label in sorted(impressions, key=lambda one: [natural_key(part) for part in astuple(one)]):
-        finger = impressions[label].finger
-        if of_finger.setdefault(finger, label.of_finger) != label.of_finger:
+    fingers: dict[str, Label] = {}
+    impressions = []
+    for label in sorted(files, key=lambda one: [natural_key(part) for part in astuple(one)]):
+        finger = "/".join(filter(None, astuple(label.of_finger)))
+        if fingers.setdefault(finger, label.of_finger) != label.of_finger:
             raise DatasetError(f"{finger!r} is the name of a subject and of a subject's finger")
-        count[finger] += 1
-        numbered.append(replace(impressions[label], number=count[finger]))
-    return numbered
-
-
-def _finger(label: Label) -> str:
-    return f"{label.subject}/{label.finger}" if label.finger else label.subject
+        file = files[label]
+        impressions.append(Impression(finger, file.path, file.name, file.dpi))
+    return tuple(impressions)
 
 
 def _of_gallery(place: str | os.PathLike[str]) -> Dataset:
@@ -232,12 +179,12 @@ def _of_gallery(place: str | os.PathLike[str]) -> Dataset:
         lost = tuple(f"entry {k} is left out: damaged: {why}" for k, why in gallery.damaged.items())
     if not entries:
         raise DatasetError("the gallery is empty", path=title, code="empty")
-    impressions = {
-        entry.label: Impression(_finger(entry.label), 0, Path(entry.source), name, entry.dpi)
+    labelled = [
+        (entry.label, PrintFile(Path(entry.source), entry.dpi, name=name))
         for entry, name in zip(entries, entry_names(entries), strict=True)
-    }
+    ]
     name = title if "://" in title else Path(title).stem
-    return Dataset(csv_cell(name), None, "", tuple(_numbered(impressions)), str(place), lost, True)
+    return Dataset(csv_cell(name), _sorted(labelled, Path(title)), str(place), lost, True)
 
 
 class Pairs:
@@ -274,29 +221,28 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
 
     Both protocols take every unordered pair of impressions of one finger as genuine. As impostor
     pairs, "extended" takes all unordered pairs of impressions of different fingers, "fvc" only
-    pairs of the fingers' first impressions (their lowest numbers). `impressions`: a database's
-    impressions. `protocol`: "extended" or "fvc". Every probe is paired with the first 256
-    references, then with the next. Raises a `DatasetError` if the protocol is unknown.
+    pairs of the fingers' first impressions. `impressions`: a database's impressions, in their
+    order. `protocol`: "extended" or "fvc". Every probe is paired with the first 256 references,
+    then with the next. Raises a `DatasetError` if the protocol is unknown.
 
     Examples
     --------
     >>> from pathlib import Path
     >>> from fpmatch.lab.evaluation.databases.dataset import PROTOCOLS, Impression, choose_pairs
-    >>> prints = [Impression(f, n, Path(f"{f}_{n}.tif")) for f in (1, 2) for n in (1, 2)]
+    >>> prints = [Impression(f, Path(f + n), f + n) for f in ("1_", "2_") for n in ("1", "2")]
     >>> extended, fvc = (choose_pairs(prints, name) for name in PROTOCOLS)
     >>> [(int(p.genuine.sum()), int((~p.genuine).sum())) for p in (extended, fvc)]
     [(2, 4), (2, 1)]
     """
     if protocol not in PROTOCOLS:
         raise DatasetError(unknown_name("protocol", protocol, PROTOCOLS))
-    _, finger = np.unique([str(one.finger) for one in impressions], return_inverse=True)
+    fingers = [one.finger for one in impressions]
+    _, first, finger = np.unique(fingers, return_index=True, return_inverse=True)
     probe, reference = np.triu_indices(len(impressions), k=1)
     order = np.argsort(reference // _BAND, kind="stable")
     probe, reference = probe[order], reference[order]
     genuine = finger[probe] == finger[reference]
     if protocol == "fvc":
-        lowest = {i.finger: i.number for i in sorted(impressions, key=lambda i: -i.number)}
-        first = np.array([i.number == lowest[i.finger] for i in impressions], dtype=bool)
-        chosen = genuine | (first[probe] & first[reference])
+        chosen = genuine | (np.isin(probe, first) & np.isin(reference, first))
         probe, reference, genuine = probe[chosen], reference[chosen], genuine[chosen]
     return Pairs(probe, reference, genuine)

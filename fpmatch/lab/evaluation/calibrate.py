@@ -30,12 +30,6 @@ from fpmatch.errors import DatasetError, MatcherError
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.lab.evaluation.databases.extraction import Reading
-from fpmatch.lab.evaluation.rates.bootstrap import (
-    DEFAULT_BOOTSTRAP,
-    bootstrap_fmr,
-    interval_json,
-    interval_of,
-)
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
 from fpmatch.matching.calibration import Calibration, Provenance, score_to_fmr
@@ -239,22 +233,12 @@ def _rounded(value: float | np.float64) -> float:
     return float(f"{value:.{_DIGITS}g}")
 
 
-def report_calibration(
-    calibration: Calibration,
-    sets: Sequence[Trials],
-    *,
-    bootstrap: int = DEFAULT_BOOTSTRAP,
-    seed: int = 0,
-) -> dict[str, Any]:
+def report_calibration(calibration: Calibration, sets: Sequence[Trials]) -> dict[str, Any]:
     """Return what a calibration of `calibrate_on` is based on, as JSON values.
 
-    The comparisons measure the FMR up to `largest_measured_score`, with a 95 % interval over
-    fingers there; above, it is extrapolated.
+    The comparisons measure the FMR up to `largest_measured_score`; above, it is extrapolated.
     """
     provenance, largest = calibration.provenance, calibration.largest_measured_score
-    similarity, interval = np.concatenate([one.similarity for one in sets]), None
-    if all(one.fingers for one in sets):
-        interval = interval_of(bootstrap_fmr(sets, calibration.knots[-1][0], bootstrap, seed))
     return {
         "matcher": provenance.matcher,
         "databases": len(sets),
@@ -262,8 +246,7 @@ def report_calibration(
         "impostors": provenance.impostors,
         "largest_measured_score": largest,
         "smallest_measured_fmr": score_to_fmr(largest),
-        "smallest_measured_fmr_interval": interval_json(interval),
-        "highest_impostor_score": calibration.score(float(similarity.max())),
+        "highest_impostor_score": calibration.score(max(one.similarity.max() for one in sets)),
     }
 
 
@@ -276,11 +259,8 @@ def calibration_text(report: dict[str, Any]) -> str:
         ("Fitted to", f"{report['impostors']:,} impostor comparisons"),
         ("", f"of {fingers} ({count(report['databases'], 'database')})"),
         ("Measured", f"up to score {measured:.1f}, a false match rate of {fmr}"),
+        ("Beyond", "scores are extrapolated, and verify notes it"),
     ]
-    if (interval := report["smallest_measured_fmr_interval"]) is not None:
-        lowest = odds(interval[0]) if interval[0] > 0 else "none"
-        rows.append(("", f"(95 % interval over fingers: {odds(interval[1])} to {lowest})"))
-    rows.append(("Beyond", "scores are extrapolated, and verify notes it"))
     if measured < DEFAULT_THRESHOLD:
         needed = round(MIN_ABOVE / score_to_fmr(DEFAULT_THRESHOLD))
         rows += [

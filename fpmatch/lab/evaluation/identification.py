@@ -37,9 +37,7 @@ from fpmatch.lab.evaluation.rates.bootstrap import (
     DEFAULT_BOOTSTRAP,
     MIN_FINGERS,
     RankedScores,
-    bound_json,
     draw_fingers,
-    interval_json,
     interval_of,
     with_limit,
 )
@@ -190,11 +188,11 @@ def identification_rates(
     units = len({one.subject for one in mated})
 
     def point(at: Any, fnir: float | None, draws: Any, threshold: float | None) -> dict[str, Any]:
-        interval = None
+        interval = bound = None
         if fnir is not None and bootstrap:
             drawn = None if draws is None else interval_of(draws)
-            interval = with_limit(drawn, fnir, units, "subject")
-        limits = {"interval": interval_json(interval), "bound": bound_json(interval)}
+            interval, bound = with_limit(drawn, fnir, units, "subject")
+        limits = {"interval": interval, "bound": bound}
         return {**at, "fnir": fnir, "threshold": threshold, **limits}
 
     at_rank = []

@@ -176,12 +176,10 @@ CALIBRATION = calibrate_on(SETS, "fake")
 
 
 def test_the_largest_measured_score_is_where_the_knots_end():
-    found = report_calibration(CALIBRATION, SETS, bootstrap=50)
+    found = report_calibration(CALIBRATION, SETS)
     assert json.loads(json.dumps(found)) == found
     assert (found["databases"], found["fingers"], found["impostors"]) == (2, 24, 2 * 1650)
     assert found["largest_measured_score"] == CALIBRATION.largest_measured_score
-    low, high = found["smallest_measured_fmr_interval"]
-    assert low <= found["smallest_measured_fmr"] <= high
     assert found["smallest_measured_fmr"] == pytest.approx(20 / 3300)
     assert found["highest_impostor_score"] > found["largest_measured_score"]
     text = calibration_text(found)
@@ -189,12 +187,3 @@ def test_the_largest_measured_score_is_where_the_knots_end():
     assert "Measured    up to score 22.2, a false match rate of 1 in 160" in text
     assert "so is the default threshold, 40: to measure it takes\n" in text
     assert "200,000 impostor comparisons" in text
-
-
-def test_scores_of_unknown_fingers_have_no_interval():
-    rng = np.random.default_rng(3)
-    unknown = Trials(rng.exponential(size=2000), np.zeros(2000, int), np.ones(2000, int), 0)
-    sets = [unknown]
-    found = report_calibration(calibrate_on(sets, "fake"), sets)
-    assert (found["smallest_measured_fmr_interval"], found["fingers"]) == (None, 0)
-    assert "of unknown fingers" in calibration_text(found)

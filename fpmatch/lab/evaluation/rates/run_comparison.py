@@ -25,7 +25,6 @@ from fpmatch.lab.evaluation.rates.bootstrap import (
     DEFAULT_BOOTSTRAP,
     MIN_FINGERS,
     bootstrap_rates,
-    interval_json,
     interval_of,
 )
 from fpmatch.lab.evaluation.rates.error_rates import (
@@ -167,11 +166,11 @@ def _differences(
             interval, verdict = None, "no change"
         elif interval is None:
             verdict = "too few fingers to tell"
-        elif interval.low <= 0 <= interval.high:
+        elif interval[0] <= 0 <= interval[1]:
             verdict = "within chance"
         else:
             verdict = "better" if is_now < was else "worse"
-        limits = {"change_interval": interval_json(interval), "verdict": verdict}
+        limits = {"change_interval": interval, "verdict": verdict}
         differences[rate] = {"before": was, "now": is_now, **limits}
     return differences
 

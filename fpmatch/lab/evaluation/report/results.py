@@ -19,12 +19,11 @@ from fpmatch.lab.evaluation.rates.bootstrap import (
     CONFIDENCE,
     DEFAULT_BOOTSTRAP,
     bootstrap_rates,
-    bound_json,
     draw_fingers,
-    interval_json,
     rate_interval,
 )
 from fpmatch.lab.evaluation.rates.error_rates import (
+    FMR_LIMITS,
     POOLED,
     Rates,
     error_rates,
@@ -211,39 +210,45 @@ def report_document(
     one, are compared. `fmrs` are false match rates at which the FNMR is reported. Of several
     matchers the first is compared with each other one that has pairs in common with it.
     """
-    draws = {"bootstrap": bootstrap, "seed": seed}
+    how = {"bootstrap": bootstrap, "seed": seed}
     each = []
     for report in results:
         document = {"matcher": report.matcher, **report.as_json()}
+        draws = None
         if bootstrap:
-            document["intervals"] = _intervals(report, document, **draws)
+            asked = (*FMR_LIMITS.values(), *fmrs)
+            draws = bootstrap_rates([one.trials for one in report.scores], bootstrap, seed, asked)
+            document["intervals"] = _intervals(report, document, draws, **how)
         if baseline is not None:
-            earlier = list(baseline)
-            if len({one.matcher for one in earlier}) > 1:
-                earlier = choose_matcher(earlier, report.matcher, baseline_name)
-            if (
-                len(earlier) == len(report.sets) == 1
-                and earlier[0].name == Path(baseline_name).stem
-            ):
-                earlier = [replace(earlier[0], name=report.sets[0].name)]  # that of its file only
-            compared = compare_runs(earlier, report.scores, **draws)
+            earlier = _baseline_of(report, baseline, baseline_name)
+            compared = compare_runs(earlier, report.scores, **how)
             document["baseline"] = {"name": baseline_name, **compared}
         if fmrs:
-            document["fnmr_at_fmr"] = _operating_points(report, fmrs, **draws)
+            document["fnmr_at_fmr"] = _operating_points(report, fmrs, draws)
         each.append(document)
     if len(each) == 1:
         return each[0]
     first, *others = (one.scores for one in results)
-    against = [compare_runs(first, one, **draws) for one in others if common_pairs(first, one)]
+    against = [compare_runs(first, one, **how) for one in others if common_pairs(first, one)]
     return {"matchers": each, "against_first": against}
 
 
+def _baseline_of(
+    report: RatesReport, baseline: Sequence[ScoresSet], name: str
+) -> Sequence[ScoresSet]:
+    """Return the comparisons of a baseline by the report's matcher, or by its only one."""
+    if len({one.matcher for one in baseline}) > 1:
+        baseline = choose_matcher(baseline, report.matcher, name)
+    if len(baseline) == len(report.sets) == 1 and baseline[0].name == Path(name).stem:
+        return [replace(baseline[0], name=report.sets[0].name)]  # that of its file only
+    return baseline
+
+
 def _intervals(
-    report: RatesReport, document: dict[str, Any], bootstrap: int, seed: int
+    report: RatesReport, document: dict[str, Any], draws: Replicates, bootstrap: int, seed: int
 ) -> dict[str, Any]:
     """Return the intervals of each database, of the mean, and of all scores pooled."""
     trials = [one.trials for one in report.scores]
-    draws = bootstrap_rates(trials, bootstrap, seed)
     hits = [_rank_one_draws(row, bootstrap, seed, k) for k, row in enumerate(report.sets)]
     known = [one for one in hits if one is not None]
     together = np.sum(known, axis=0) if len(known) == len(hits) else None
@@ -270,16 +275,16 @@ def _limits(
     mean: bool = False,
 ) -> dict[str, Any]:
     """Return the intervals of the rates of some comparisons, of which `draws` and `hits` are."""
-    columns = dict(zip(BOOTSTRAPPED, draws.T, strict=True))
+    columns = dict(zip(BOOTSTRAPPED, draws.T, strict=False))  # then that of asked FMRs
     if hits is not None:
         with np.errstate(invalid="ignore"):  # a draw without probes has no rate
             columns["rank_one"] = hits[0] / hits[1]
-    intervals = {
+    found = {
         name: rate_interval(name, rates.get(name), columns.get(name), trials, mean=mean)
         for name in WITH_INTERVALS
     }
-    bounds = {name: bound for name, one in intervals.items() if (bound := bound_json(one))}
-    return {**{name: interval_json(one) for name, one in intervals.items()}, "bounds": bounds}
+    intervals = {name: interval for name, (interval, _) in found.items()}
+    return {**intervals, "bounds": {name: bound for name, (_, bound) in found.items() if bound}}
 
 
 def _rank_one_draws(
@@ -294,15 +299,13 @@ def _rank_one_draws(
 
 
 def _operating_points(
-    report: RatesReport, fmrs: Sequence[float], bootstrap: int, seed: int
+    report: RatesReport, fmrs: Sequence[float], draws: Replicates | None
 ) -> list[dict[str, Any]]:
     """Return the FNMR at the lowest threshold with at most each FMR, of each database and of all.
 
     The `threshold` is the least score that matches, of distances the greatest; None where no pair
-    matches.
+    matches. The last columns of `draws` are of these FMRs.
     """
-    trials = [one.trials for one in report.scores]
-    draws: Replicates | None = bootstrap_rates(trials, bootstrap, seed, fmrs) if bootstrap else None
     parts: list[tuple[str, Sequence[SetRates], Any]] = [
         (row.name, [row], draws and draws.sets[k]) for k, row in enumerate(report.sets)
     ]
@@ -314,26 +317,15 @@ def _operating_points(
         genuine, impostor = split_scores(sets)
         both = np.concatenate([genuine, impostor])
         sign = -1 if sets[0].scores.distances else 1
-        for column, fmr in enumerate(fmrs, start=1):
+        for column, fmr in enumerate(fmrs, start=-len(fmrs)):
             fnmr, highest = fnmr_at_fmr(genuine, impostor, fmr), threshold_at_fmr(impostor, fmr)
-            interval = threshold = None
-            if fnmr is not None and highest is not None:
-                if (above := both[both > highest]).size:
-                    threshold = sign * float(above.min())
-                if drawn is not None:
-                    of_sets = [row.scores.trials for row in sets]
-                    interval = rate_interval("fnmr", fnmr, drawn[:, column], of_sets)
-            points.append(
-                {
-                    "name": name,
-                    "fmr": fmr,
-                    "fnmr": fnmr,
-                    "threshold": threshold,
-                    "score": None
-                    if calibration is None or threshold is None
-                    else calibration.score(threshold),
-                    "interval": interval_json(interval),
-                    "bound": bound_json(interval),
-                }
-            )
+            interval = bound = threshold = score = None
+            if fnmr is not None and highest is not None and (above := both[both > highest]).size:
+                threshold = sign * float(above.min())
+                score = calibration.score(threshold) if calibration is not None else None
+            if drawn is not None:
+                trials = [row.scores.trials for row in sets]
+                interval, bound = rate_interval("fnmr", fnmr, drawn[:, column], trials)
+            point = {"name": name, "fmr": fmr, "fnmr": fnmr, "threshold": threshold}
+            points.append({**point, "score": score, "interval": interval, "bound": bound})
     return points

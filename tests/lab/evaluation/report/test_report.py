@@ -50,21 +50,15 @@ def test_points_that_are_none():
     scores = rates_of(np.zeros(12), np.zeros(12))
     low, high = report_document([scores], bootstrap=20, fmrs=[1e-6, 0.5])["fnmr_at_fmr"]
     assert (low["fnmr"], low["threshold"], low["interval"]) == (None, None, None)
-    assert (high["fnmr"], high["threshold"]) == (1.0, None)
-    assert high["interval"] == [pytest.approx(0.05 ** (1 / 12)), 1.0]
-    assert high["bound"]["units"] == 12
+    assert (high["fnmr"], high["threshold"], high["interval"]) == (1.0, None, None)
     far = rates_of(np.array([-1.0, -2.0, -9.0]), -np.arange(3.0, 13.0), distances=True)
     (point,) = report_document([far], bootstrap=0, fmrs=[0.1])["fnmr_at_fmr"]
     assert (point["fnmr"], point["threshold"]) == (pytest.approx(1 / 3), 3.0)
 
 
-def test_too_few_fingers_are_said_and_no_eer_has_a_limit_above_half(report):
-    few = rates_of(np.ones(2), np.zeros(3))
-    assert "none, there are too few fingers" in as_text(report_document([few], bootstrap=10))
-    without_error = rates_of(np.ones(50), np.linspace(0.0, 0.5, 99))
-    none = as_text(report_document([without_error], bootstrap=10))
-    assert "at most 5.82 % (0 of 50)" in none
-    assert "95 % bound by Clopper-Pearson, one-sided; n counts comparisons as if" in none
+def test_too_few_fingers_are_said(report):
+    unknown = rates_of(np.ones(50), np.zeros(99))
+    assert "none, there are too few fingers" in as_text(report_document([unknown], bootstrap=10))
     assert "Clopper-Pearson" not in as_text(report_document([report], bootstrap=10))
 
 

@@ -28,8 +28,6 @@ Columns:
   ZeroFNMR  false match rate where no genuine pair is rejected
   d'        decidability: the distance of the means of genuine and impostor scores in units of
             their mean standard deviation
-  rank-1    prints whose own finger comes first when each is searched among all others of its
-            database; a finger counts by its most similar impression (protocol extended only)
   failed    prints without a template (failures to extract); they have the lowest score in all
             their pairs
 

@@ -87,7 +87,7 @@ def test_json_has_the_promised_shape(report):
     document = json.loads(json.dumps(report.as_json()))
     assert list(document) == ["sets", "mean", "pooled"]
     for entry in document["sets"]:
-        prints = ["rank_one", "prints", "failures", "failure_rate"]
+        prints = ["prints", "failures", "failure_rate"]
         counts = ["name", "genuine", "impostor"]
         assert list(entry) == [*counts, *RATES, "d_prime", *prints, "identical"]
         assert entry["identical"] == {"count": 0, "pairs": []}

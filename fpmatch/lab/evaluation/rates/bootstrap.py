@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     Bound = dict[str, Any] | None
 
 BOOTSTRAPPED: Final = ("eer", *FMR_LIMITS)
-"""The rates that are bootstrapped; those that depend on one extreme score cannot be."""
+"""The rates that have an interval; ZeroFMR and ZeroFNMR depend on one extreme score each."""
 DEFAULT_BOOTSTRAP: Final = 1000
 MIN_FINGERS: Final = 5  # of a database
 CONFIDENCE: Final = 0.95
@@ -83,16 +83,17 @@ def bootstrap_rates(
     prints can be compared draw by draw. Where fingers are not known, all rates are NaN.
     """
     sets = np.full((len(trials), bootstrap, 1 + len(limits)), np.nan)
+    pooled = sets[0].copy()
     if not all(one.fingers for one in trials):
-        return Replicates(sets, sets[0])
-    pooled = sets[0]
+        return Replicates(sets, pooled)
     draws = [draw_fingers(one.fingers, bootstrap, seed, k) for k, one in enumerate(trials)]
-    for k, one in enumerate(trials):
-        ranked = RankedScores([one])
-        sets[k] = [ranked.rates(counts, limits) for counts in draws[k]]
-    if len(trials) > 1:
-        ranked = RankedScores(trials)
-        pooled = np.array([ranked.rates(counts, limits) for counts in np.hstack(draws)])
+    ranked, together = [RankedScores([one]) for one in trials], RankedScores(trials)
+    for n in range(bootstrap):
+        for k, one in enumerate(ranked):
+            sets[k, n] = one.rates(draws[k][n], limits)
+        pooled[n] = sets[0, n]
+        if len(trials) > 1:
+            pooled[n] = together.rates(np.concatenate([drawn[n] for drawn in draws]), limits)
     return Replicates(sets, pooled)
 
 
@@ -154,7 +155,7 @@ class RankedScores:
 def rate_interval(
     name: str,
     rate: float | None,
-    draws: NDArray[np.float64] | None,
+    draws: NDArray[np.float64],
     trials: Sequence[Trials],
     *,
     mean: bool = False,
@@ -167,7 +168,7 @@ def rate_interval(
     if rate is None or not all(one.fingers for one in trials):
         return None, None
     enough = min(one.fingers for one in trials) >= MIN_FINGERS
-    drawn = interval_of(draws) if enough and draws is not None else None
+    drawn = interval_of(draws) if enough else None
     counts = [_count(name, one) for one in trials]
     number = len(counts) * min(counts) if mean else sum(counts)
     if name == "eer":

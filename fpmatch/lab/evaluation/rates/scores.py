@@ -132,30 +132,6 @@ def filled(similarity: Numbers) -> Numbers:
     return np.where(failed, lowest, similarity)
 
 
-def ranks_of(scores: ScoresSet) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
-    """Search each impression of a database among all others, by the similarities of all pairs.
-
-    The result is the rank of each probe's own finger among all fingers, from 1 on, and that finger,
-    in the impressions' order; a finger counts by its most similar impression. It is None where not
-    all pairs were compared (protocol "fvc"), each once, the fingers are not known, or there are not
-    two of them, one with two impressions.
-    """
-    count, pairs, trials = len(scores.prints), scores.probe.size, scores.trials
-    if pairs != count * (count - 1) // 2 or trials.fingers < 2:
-        return None
-    finger = np.zeros(count, np.intp)
-    finger[scores.probe], finger[scores.reference] = trials.probe, trials.reference
-    probes = np.flatnonzero(np.bincount(finger)[finger] > 1)
-    if not probes.size:
-        return None
-    table = np.full((count, count), -np.inf)
-    table[scores.probe, scores.reference] = trials.similarity
-    table = np.maximum(table, table.T)[probes]
-    best = np.stack([table[:, finger == f].max(axis=1) for f in range(trials.fingers)])
-    own = best[finger[probes], np.arange(probes.size)]
-    return np.count_nonzero(best >= own, axis=0), finger[probes]  # the own finger is one of them
-
-
 def finger_in_name(pattern: str | None = None) -> FingerOf:
     """Return the function that finds the finger in the name of a print, None where there is none.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from fpmatch.lab.evaluation.rates.bootstrap import (
     CONFIDENCE,
     DEFAULT_BOOTSTRAP,
     bootstrap_rates,
-    draw_fingers,
     rate_interval,
 )
 from fpmatch.lab.evaluation.rates.error_rates import (
@@ -32,7 +31,7 @@ from fpmatch.lab.evaluation.rates.error_rates import (
     threshold_at_fmr,
 )
 from fpmatch.lab.evaluation.rates.run_comparison import common_pairs, compare_runs
-from fpmatch.lab.evaluation.rates.scores import choose_matcher, ranks_of
+from fpmatch.lab.evaluation.rates.scores import choose_matcher
 from fpmatch.lab.evaluation.report.text import rates_table
 from fpmatch.printable import count
 
@@ -45,24 +44,19 @@ if TYPE_CHECKING:
     from fpmatch.lab.evaluation.rates.bootstrap import Replicates
     from fpmatch.lab.evaluation.rates.scores import ScoresSet, Trials
 
-WITH_INTERVALS: Final = (*BOOTSTRAPPED, "rank_one")
-"""The rates that have an interval; ZeroFMR and ZeroFNMR depend on one extreme score each."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SetRates:
     """The error rates of one database.
 
-    `scores`: its comparisons. `rates`: error rates as fractions. `ranks`: see
-    `fpmatch.lab.evaluation.rates.scores.ranks_of`. `failures`: prints that have no template
-    (failures to extract) and why; they score lowest in all pairs. `about` is what is
-    known of the prints: failures, notes, identical ones; `source` has the prints. Of scores from a
-    file they are empty.
+    `scores`: its comparisons. `rates`: error rates as fractions. `failures`: prints that have no
+    template (failures to extract) and why; they score lowest in all pairs. `about` is what is known
+    of the prints: failures, notes, identical ones; `source` has the prints. Of scores from a file
+    they are empty.
     """
 
     scores: ScoresSet = field(repr=False)
     rates: Rates
-    ranks: tuple[NDArray[np.intp], NDArray[np.intp]] | None = field(repr=False)
     failures: tuple[tuple[str, str], ...]
     about: Mapping[str, Any] = field(default_factory=dict, repr=False)
     source: DatasetSource | None = field(default=None, repr=False)
@@ -77,8 +71,7 @@ class SetRates:
         """Return the rates of scores; prints that are never compared are failures to extract."""
         reasons = about.get("failures", {})
         named = {**dict.fromkeys(scores.never_compared, "no score"), **reasons}
-        rates = error_rates(*scores.split())
-        return cls(scores, rates, ranks_of(scores), tuple(named.items()), about, source)
+        return cls(scores, error_rates(*scores.split()), tuple(named.items()), about, source)
 
     @property
     def name(self) -> str:
@@ -166,19 +159,12 @@ class RatesReport:
 
 
 def _figures(sets: Sequence[SetRates], rates: Rates) -> dict[str, Any]:
-    """Return what is reported of a database, or of the scores of several together, as JSON.
-
-    The rank-1 rate is the share of the probes whose own finger comes first in their own database;
-    None where not all pairs were compared.
-    """
+    """Return what is reported of a database, or of the scores of several together, as JSON."""
     genuine, impostor = split_scores(sets)
-    ranks = [row.ranks[0] for row in sets if row.ranks is not None]
-    known = len(ranks) == len(sets)
     return {
         "genuine": genuine.size,
         "impostor": impostor.size,
         **asdict(rates),
-        "rank_one": float(np.mean(np.concatenate(ranks) == 1)) if known else None,
         "prints": sum(len(row.scores.prints) for row in sets),
         "failures": sum(len(row.failures) for row in sets),
     }
@@ -249,53 +235,33 @@ def _intervals(
 ) -> dict[str, Any]:
     """Return the intervals of each database, of the mean, and of all scores pooled."""
     trials = [one.trials for one in report.scores]
-    hits = [_rank_one_draws(row, bootstrap, seed, k) for k, row in enumerate(report.sets)]
-    known = [one for one in hits if one is not None]
-    together = np.sum(known, axis=0) if len(known) == len(hits) else None
     return {
         "confidence": CONFIDENCE,
         "method": BOOTSTRAP,
         "bootstrap": bootstrap,
         "seed": seed,
         "sets": [
-            _limits(row, draws.sets[k], hits[k], [trials[k]])
-            for k, row in enumerate(document["sets"])
+            _limits(row, draws.sets[k], [trials[k]]) for k, row in enumerate(document["sets"])
         ],
-        "mean": _limits(document["mean"], draws.sets.mean(axis=0), None, trials, mean=True),
-        "pooled": _limits(document["pooled"], draws.pooled, together, trials),
+        "mean": _limits(document["mean"], draws.sets.mean(axis=0), trials, mean=True),
+        "pooled": _limits(document["pooled"], draws.pooled, trials),
     }
 
 
 def _limits(
     rates: dict[str, Any],
     draws: NDArray[np.float64],
-    hits: NDArray[np.float64] | None,
     trials: Sequence[Trials],
     *,
     mean: bool = False,
 ) -> dict[str, Any]:
-    """Return the intervals of the rates of some comparisons, of which `draws` and `hits` are."""
-    columns = dict(zip(BOOTSTRAPPED, draws.T, strict=False))  # then that of asked FMRs
-    if hits is not None:
-        with np.errstate(invalid="ignore"):  # a draw without probes has no rate
-            columns["rank_one"] = hits[0] / hits[1]
+    """Return the intervals of the rates of some comparisons; `draws` end with asked FMRs."""
     found = {
-        name: rate_interval(name, rates.get(name), columns.get(name), trials, mean=mean)
-        for name in WITH_INTERVALS
+        name: rate_interval(name, rates[name], column, trials, mean=mean)
+        for name, column in zip(BOOTSTRAPPED, draws.T, strict=False)
     }
     intervals = {name: interval for name, (interval, _) in found.items()}
     return {**intervals, "bounds": {name: bound for name, (_, bound) in found.items() if bound}}
-
-
-def _rank_one_draws(
-    row: SetRates, bootstrap: int, seed: int, set_index: int
-) -> NDArray[np.float64] | None:
-    """Return hits and probes of each draw, (2, draws); the drawn are searched among all fingers."""
-    if row.ranks is None:
-        return None
-    rank, finger = row.ranks
-    weights = draw_fingers(row.scores.trials.fingers, bootstrap, seed, set_index)[:, finger]
-    return np.stack([weights @ (rank == 1), weights.sum(axis=1)]).astype(np.float64)
 
 
 def _operating_points(

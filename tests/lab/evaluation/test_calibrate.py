@@ -18,7 +18,7 @@ from fpmatch.lab.evaluation.calibrate import (
     report_calibration,
 )
 from fpmatch.lab.evaluation.databases.extraction import Reading
-from fpmatch.lab.evaluation.rates.scores import Trials
+from fpmatch.lab.evaluation.rates.scores import Trials, split
 from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
 from fpmatch.matching.calibration import score_to_fmr
 
@@ -27,7 +27,7 @@ def test_fits_the_impostors_of_all_sets_without_failed_prints(options, make_data
     folders = [make_database(name, fingers=10, contents={"3_3": "broken"}) for name in "ab"]
     report = evaluate(folders, **options)
     calibration = calibrate_on(report.impostors, report.matcher, "here")
-    impostors = np.concatenate([one.split()[1] for one in report.scores])
+    _, impostors = split(report.trials)
     expected = fit_calibration(impostors[impostors > 0])
     assert replace(calibration, provenance=expected.provenance) == expected
     origin = calibration.provenance

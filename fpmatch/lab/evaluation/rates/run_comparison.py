@@ -14,8 +14,8 @@ percentages", Psychometrika 12 (1947).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from fpmatch.lab.evaluation.rates.error_rates import (
     mean_rates,
     threshold_at_fmr,
 )
-from fpmatch.lab.evaluation.rates.scores import Trials
+from fpmatch.lab.evaluation.rates.scores import Trials, split
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,8 +47,7 @@ DECISION_FMRS: Final = (FMR_LIMITS["fmr1000"], FMR_LIMITS["fmr100"])
 """Decisions are those at the first of these that the pairs allow."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Common:
+class _Common(NamedTuple):
     """The pairs of a database that both runs compared, in one order: `at` so in the later run."""
 
     scores: ScoresSet
@@ -78,7 +77,7 @@ def compare_runs(
         raise DatasetError(f"the two runs have no genuine and impostor pairs in common: {names}")
     earlier, later = [one.before for one in common], [one.now for one in common]
     draws_before, draws_now = (bootstrap_rates(run, bootstrap, seed) for run in (earlier, later))
-    rates = [(_rates([one.before]), _rates([one.now])) for one in common]
+    rates = [tuple(error_rates(*split([run])) for run in (one.before, one.now)) for one in common]
     enough = [bootstrap > 0 and one.fingers >= MIN_FINGERS for one in later]
     changes = draws_now.sets - draws_before.sets
     of_mean = draws_now.sets.mean(axis=0) - draws_before.sets.mean(axis=0)
@@ -88,7 +87,8 @@ def compare_runs(
         (one.scores.name, one.at.size, *rates[k], changes[k] if enough[k] else None)
         for k, one in enumerate(common)
     ]
-    mean, pooled = map(mean_rates, zip(*rates, strict=True)), map(_rates, (earlier, later))
+    mean = map(mean_rates, zip(*rates, strict=True))
+    pooled = [error_rates(*split(run)) for run in (earlier, later)]
     parts.append(("mean", shared, *mean, of_mean if all(enough) else None))
     parts.append(("pooled", shared, *pooled, of_pooled if all(enough) else None))
     compared = [
@@ -138,13 +138,6 @@ def _in_common(before: ScoresSet, now: ScoresSet) -> _Common:
 
 def _keys(probe: NDArray[np.intp], reference: NDArray[np.intp], size: int) -> NDArray[np.intp]:
     return np.asarray(np.minimum(probe, reference) * size + np.maximum(probe, reference))
-
-
-def _rates(trials: Sequence[Trials]) -> Rates:
-    """Return the rates of databases pooled."""
-    similarity = np.concatenate([one.similarity for one in trials])
-    genuine = np.concatenate([one.genuine for one in trials])
-    return error_rates(similarity[genuine], similarity[~genuine])
 
 
 def _differences(

@@ -15,8 +15,8 @@ from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.drawing.overlay.draw import draw
 from fpmatch.drawing.scene.raster import reduced, webp_bytes
 from fpmatch.errors import FpmatchError
+from fpmatch.lab.evaluation.rates.scores import split
 from fpmatch.lab.evaluation.report.figures import det_curves, det_figure, score_figure
-from fpmatch.lab.evaluation.report.results import split_scores
 from fpmatch.lab.evaluation.report.text import as_text
 from fpmatch.lab.plots.style import PLOT_DPI, check_matplotlib, figure_bytes, plain_style
 from fpmatch.matching.verify import verify
@@ -77,7 +77,7 @@ def write_page(path: Path, results: Sequence[RatesReport], document: dict[str, A
 
 def _section(report: RatesReport) -> dict[str, Any]:
     """Return what the section on one matcher shows."""
-    genuine, impostor = split_scores(report.sets)
+    genuine, impostor = split(report.trials)
     return {
         "name": report.matcher,
         "scores": _svg(score_figure(report)) if genuine.size and impostor.size else b"",

@@ -31,7 +31,7 @@ from fpmatch.lab.evaluation.rates.error_rates import (
     threshold_at_fmr,
 )
 from fpmatch.lab.evaluation.rates.run_comparison import common_pairs, compare_runs
-from fpmatch.lab.evaluation.rates.scores import choose_matcher
+from fpmatch.lab.evaluation.rates.scores import choose_matcher, split
 from fpmatch.lab.evaluation.report.text import rates_table
 from fpmatch.printable import count
 
@@ -71,20 +71,14 @@ class SetRates:
         """Return the rates of scores; prints that are never compared are failures to extract."""
         reasons = about.get("failures", {})
         named = {**dict.fromkeys(scores.never_compared, "no score"), **reasons}
-        return cls(scores, error_rates(*scores.split()), tuple(named.items()), about, source)
+        return cls(
+            scores, error_rates(*split([scores.trials])), tuple(named.items()), about, source
+        )
 
     @property
     def name(self) -> str:
         """Name of the database."""
         return self.scores.name
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the figures of the row as JSON values."""
-        figures = {"name": self.name, **_figures([self], self.rates)}
-        figures["failure_rate"] = figures["failures"] / max(1, figures["prints"])
-        if "identical" in self.about:
-            figures["identical"] = self.about["identical"]
-        return figures
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -105,7 +99,8 @@ class RatesReport:
     @classmethod
     def of(cls, sets: Sequence[SetRates], protocol: str = "") -> RatesReport:
         """Return the report on databases that one matcher has compared."""
-        mean, pooled = mean_rates(row.rates for row in sets), error_rates(*split_scores(sets))
+        pooled = error_rates(*split([row.scores.trials for row in sets]))
+        mean = mean_rates(row.rates for row in sets)
         return cls(sets[0].scores.matcher, protocol, tuple(sets), mean, pooled)
 
     def __repr__(self) -> str:
@@ -123,12 +118,12 @@ class RatesReport:
     @property
     def genuine(self) -> int:
         """Number of genuine pairs in all databases."""
-        return split_scores(self.sets)[0].size
+        return sum(int(one.genuine.sum()) for one in self.trials)
 
     @property
     def impostor(self) -> int:
         """Number of impostor pairs in all databases."""
-        return split_scores(self.sets)[1].size
+        return sum(one.genuine.size for one in self.trials) - self.genuine
 
     @property
     def failures(self) -> tuple[tuple[str, str], ...]:
@@ -141,6 +136,11 @@ class RatesReport:
         return [replace(row.scores, matcher=self.matcher) for row in self.sets]
 
     @property
+    def trials(self) -> list[Trials]:
+        """The similarities and fingers of each database's comparisons."""
+        return [row.scores.trials for row in self.sets]
+
+    @property
     def impostors(self) -> list[Trials]:
         """The impostor comparisons of each database, none of a print without template."""
         return [row.scores.impostors for row in self.sets]
@@ -151,16 +151,20 @@ class RatesReport:
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as JSON values: rates as fractions, null where undefined."""
-        return {
-            "sets": [row.as_json() for row in self.sets],
-            "mean": asdict(self.mean),
-            "pooled": _figures(self.sets, self.pooled),
-        }
+        sets = []
+        for row in self.sets:
+            figures = {"name": row.name, **_figures([row], row.rates)}
+            figures["failure_rate"] = figures["failures"] / max(1, figures["prints"])
+            if "identical" in row.about:
+                figures["identical"] = row.about["identical"]
+            sets.append(figures)
+        pooled = _figures(self.sets, self.pooled)
+        return {"sets": sets, "mean": asdict(self.mean), "pooled": pooled}
 
 
 def _figures(sets: Sequence[SetRates], rates: Rates) -> dict[str, Any]:
     """Return what is reported of a database, or of the scores of several together, as JSON."""
-    genuine, impostor = split_scores(sets)
+    genuine, impostor = split([row.scores.trials for row in sets])
     return {
         "genuine": genuine.size,
         "impostor": impostor.size,
@@ -168,15 +172,6 @@ def _figures(sets: Sequence[SetRates], rates: Rates) -> dict[str, Any]:
         "prints": sum(len(row.scores.prints) for row in sets),
         "failures": sum(len(row.failures) for row in sets),
     }
-
-
-def split_scores(sets: Sequence[SetRates]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the similarities of genuine and of impostor pairs of all databases.
-
-    Rates are computed on them and not on scores: calibration keeps their order, but ties its ends.
-    """
-    genuine, impostor = zip(*(row.scores.split() for row in sets), strict=True)
-    return np.concatenate(genuine), np.concatenate(impostor)
 
 
 def report_document(
@@ -203,7 +198,7 @@ def report_document(
         draws = None
         if bootstrap:
             asked = (*FMR_LIMITS.values(), *fmrs)
-            draws = bootstrap_rates([one.trials for one in report.scores], bootstrap, seed, asked)
+            draws = bootstrap_rates(report.trials, bootstrap, seed, asked)
             document["intervals"] = _intervals(report, document, draws, **how)
         if baseline is not None:
             earlier = _baseline_of(report, baseline, baseline_name)
@@ -234,7 +229,7 @@ def _intervals(
     report: RatesReport, document: dict[str, Any], draws: Replicates, bootstrap: int, seed: int
 ) -> dict[str, Any]:
     """Return the intervals of each database, of the mean, and of all scores pooled."""
-    trials = [one.trials for one in report.scores]
+    trials = report.trials
     return {
         "confidence": CONFIDENCE,
         "method": BOOTSTRAP,
@@ -272,17 +267,18 @@ def _operating_points(
     The `threshold` is the least score that matches, of distances the greatest; None where no pair
     matches. The last columns of `draws` are of these FMRs.
     """
-    parts: list[tuple[str, Sequence[SetRates], Any]] = [
-        (row.name, [row], draws and draws.sets[k]) for k, row in enumerate(report.sets)
+    trials = report.trials
+    parts: list[tuple[str, Sequence[Trials], Any]] = [
+        (row.name, [trials[k]], draws and draws.sets[k]) for k, row in enumerate(report.sets)
     ]
-    if len(report.sets) > 1:
-        parts.append((POOLED, report.sets, draws and draws.pooled))
+    if len(parts) > 1:
+        parts.append((POOLED, trials, draws and draws.pooled))
     calibration = calibration_of(report.matcher)
+    sign = -1 if report.sets[0].scores.distances else 1
     points = []
-    for name, sets, drawn in parts:
-        genuine, impostor = split_scores(sets)
+    for name, of_part, drawn in parts:
+        genuine, impostor = split(of_part)
         both = np.concatenate([genuine, impostor])
-        sign = -1 if sets[0].scores.distances else 1
         for column, fmr in enumerate(fmrs, start=-len(fmrs)):
             fnmr, highest = fnmr_at_fmr(genuine, impostor, fmr), threshold_at_fmr(impostor, fmr)
             interval = bound = threshold = score = None
@@ -290,8 +286,7 @@ def _operating_points(
                 threshold = sign * float(above.min())
                 score = calibration.score(threshold) if calibration is not None else None
             if drawn is not None:
-                trials = [row.scores.trials for row in sets]
-                interval, bound = rate_interval("fnmr", fnmr, drawn[:, column], trials)
+                interval, bound = rate_interval("fnmr", fnmr, drawn[:, column], of_part)
             point = {"name": name, "fmr": fmr, "fnmr": fnmr, "threshold": threshold}
             points.append({**point, "score": score, "interval": interval, "bound": bound})
     return points

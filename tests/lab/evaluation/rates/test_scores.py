@@ -10,6 +10,7 @@ from fpmatch.lab.evaluation.rates.scores import (
     finger_in_name,
     read_genuine_and_impostor,
     read_scores,
+    split,
 )
 
 HEAD = "probe,reference,genuine,score\n"
@@ -91,7 +92,7 @@ def test_genuine_and_impostor_files_have_the_score_last(tmp_path):
     genuine = write(tmp_path, "101,1,0.9\n101,2,nan\n", "g")
     impostor = write(tmp_path, "name,score\nx,0.1\ny,0.2\n", "i")
     found = read_genuine_and_impostor(genuine, impostor)
-    assert [values.tolist() for values in found.split()] == [[0.9, 0.0], [0.1, 0.2]]
+    assert [values.tolist() for values in split([found.trials])] == [[0.9, 0.0], [0.1, 0.2]]
     for text, why in (("score\n", "holds no score"), ("1\nx\n", "line 2: 'x' is not a finite")):
         with pytest.raises(DatasetError, match=why):
             read_genuine_and_impostor(genuine, write(tmp_path, text, "i"))

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from fpmatch.errors import OutputError
-from fpmatch.lab.evaluation.rates.scores import unnamed_set
+from fpmatch.lab.evaluation.rates.scores import split, unnamed_set
 from fpmatch.lab.evaluation.report.figures import save_det
 from fpmatch.lab.evaluation.report.page import hardest_pairs, prepare_page, write_page
 from fpmatch.lab.evaluation.report.results import RatesReport, SetRates, report_document
@@ -34,7 +34,7 @@ def test_points_have_the_definition_and_lie_in_their_intervals(report):
     found = document["fnmr_at_fmr"]
     assert [(p["name"], p["fmr"]) for p in found[:2]] == [("set, one", 0.01), ("set, one", 0.05)]
     assert [p["name"] for p in found[4:]] == ["pooled", "pooled"]
-    every = [*(row.scores.split() for row in report.sets)]
+    every = [split([one]) for one in report.trials]
     for point, (genuine, impostor) in zip(found[::2], every, strict=False):
         assert np.mean(impostor >= point["threshold"]) <= point["fmr"]
         assert point["fnmr"] == np.mean(genuine < point["threshold"])

@@ -139,11 +139,17 @@ def extract_print(
 
 
 def read_one_print(
-    file: PrintFile, reader: Reader | None = None, min_quality: int = 0, **how: Any
+    file: PrintFile,
+    reader: Reader | None = None,
+    min_quality: int = 0,
+    *,
+    doubted: bool = True,
+    **how: Any,
 ) -> GivenPrint:
     """Read the one print of a file, an image or a template, by a `reader` (default: `PrintReader`).
 
-    `how` an image is extracted is as for `fpmatch.prints.reading.make_given_print`.
+    If `doubted`, a print with signs of two fingers gets a note, which takes time. `how` an image is
+    extracted is as for `fpmatch.prints.reading.make_given_print`.
     Raises TemplateError, ImageReadError or ImageError if it cannot be read, cannot contain a
     fingerprint, has no minutiae, or contains several prints; QualityError if the quality of an
     image, 0 to 100, is below `min_quality`.
@@ -162,7 +168,7 @@ def read_one_print(
     if not len(given.template.minutiae):
         why = why_no_minutiae(given.quality)
         raise ImageError(why, path=file.path, code="no minutiae")
-    return with_note_on_two_prints(given)
+    return with_note_on_two_prints(given) if doubted else given
 
 
 def with_note_on_two_prints(given: GivenPrint) -> GivenPrint:

@@ -173,9 +173,8 @@ def identification_rates(
     mates = np.array([one.candidates.get(one.subject, nothing) for one in mated])
     highest = np.array([max(one.candidates.values(), default=nothing) for one in others])
     ranks = np.array([_rank(one) for one in mated])
-    units, numbers = len({one.subject for one in mated}), {}
-    for one in searches:
-        numbers.setdefault(one.subject, len(numbers))
+    units = len({one.subject for one in mated})
+    numbers = {one: k for k, one in enumerate(dict.fromkeys(each.subject for each in searches))}
     weights = None
     if bootstrap and len(numbers) >= MIN_FINGERS:
         drawn = draw_fingers(len(numbers), bootstrap, seed)

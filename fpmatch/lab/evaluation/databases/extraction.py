@@ -109,7 +109,7 @@ class DatasetSource(FolderSource):
         files = [self._files[n] for n in numbers]
         how: dict[str, Any] = {}
         if self._how.extractor is None:
-            how = {"enhance": self._how.enhance, "graded": self._how.graded}
+            how = {"enhance": self._how.enhance, "graded": self._how.graded, "doubted": False}
             how["reader"] = self._open_reader(engine=engine)
         work = partial(_extracted, self._how.extractor, how)
         with closing(attempt_each(engine, work, files)) as attempts:

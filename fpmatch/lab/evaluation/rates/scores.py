@@ -226,7 +226,7 @@ def read_genuine_and_impostor(
         if not values:
             raise DatasetError("holds no score", path=path)
         kinds.append(np.array(values) * (-1 if distances else 1))
-    return unnamed_set(*kinds, distances=distances)
+    return unnamed_set(kinds[0], kinds[1], distances=distances)
 
 
 def choose_matcher(

@@ -80,7 +80,7 @@ def test_names_that_contain_no_finger_need_labels_and_a_pattern_finds_fingers(tm
 
 def test_failed_comparisons_are_as_low_as_any_and_prints_without_any_have_failed(tmp_path):
     rows = "probe,reference,similarity,reason\n1_1,1_2,-3,\n1_2,2_1,,reference: torn\n"
-    (found,) = read_scores(path := write(tmp_path, rows + "1_1,2_1,0,no template\n"))
+    (found,) = read_scores(path := write(tmp_path, rows + "1_1,2_1,NaN,\n"))
     assert found.trials.similarity.tolist() == [-3, -3, -3]
     assert found.compared.tolist() == [True, False, False]
     assert found.never_compared == ["2_1"]

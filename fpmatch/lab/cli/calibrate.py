@@ -17,7 +17,6 @@ from fpmatch.cli.options import (
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import (
     by_folder_option,
-    key_option,
     pattern_option,
     places_argument,
     workers_option,
@@ -43,13 +42,12 @@ impressions give 2,880 impostor comparisons, 100 fingers 316,800.
 \b
 Examples:
   fpmatch calibrate prints -o calibration.json
-  fpmatch calibrate prints.db -o calibration.json
   fpmatch evaluate prints --matcher unit-circle:beyond_share=0 --scores scores.csv
   fpmatch calibrate scores.csv -o calibration.json
   fpmatch verify probe.tif reference.tif --calibration calibration.json
 """,
 )
-@places_argument("sources", metavar="SCORES|DIR|MANIFEST|GALLERY...")
+@places_argument("sources", metavar="SCORES|DIR|MANIFEST...")
 @output_option(metavar="OUT.json", help="Where to write the calibration.")
 @pattern_option
 @by_folder_option
@@ -57,7 +55,6 @@ Examples:
 @matcher_option
 @json_option
 @workers_option
-@key_option
 def calibrate(
     sources: tuple[str, ...],
     output: Path,
@@ -72,10 +69,10 @@ def calibrate(
 ) -> None:
     """Fit scores to the false match rates of one's own prints.
 
-    The prints of DIR, MANIFEST and GALLERY are as for fpmatch evaluate; each SCORES is a file of
-    fpmatch evaluate --scores or fpmatch score, of the default matcher only those with
-    beyond_share=0. At least 1,000 impostor comparisons are needed. The
-    largest measured score is printed: scores beyond are extrapolated.
+    The prints of DIR and MANIFEST are as for fpmatch evaluate; each SCORES is a file of fpmatch
+    evaluate --scores or fpmatch score, of the default matcher only those with beyond_share=0. At
+    least 1,000 impostor comparisons are needed. The largest measured score is printed: scores
+    beyond are extrapolated.
     """
     from fpmatch.base.output import atomic_write_bytes, check_writable
     from fpmatch.lab.evaluation import calibrate as fitting

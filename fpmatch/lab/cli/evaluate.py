@@ -13,7 +13,6 @@ from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
 from fpmatch.gallery.cli.options import (
     by_folder_option,
-    key_option,
     pattern_option,
     places_argument,
     workers_option,
@@ -53,7 +52,7 @@ Examples:
 Exit status: 0 when every image gave a template, 1 when some did not, 2 on bad input.
 """,
 )
-@places_argument("places", metavar="DIR|MANIFEST|GALLERY...")
+@places_argument("places", metavar="DIR|MANIFEST...")
 @pattern_option
 @by_folder_option
 @click.option(
@@ -75,7 +74,6 @@ Exit status: 0 when every image gave a template, 1 when some did not, 2 on bad i
 @file_option("--scores", metavar="OUT.csv", help="Write every comparison to a CSV file.")
 @rate_options
 @workers_option
-@key_option
 def evaluate(
     places: tuple[str, ...],
     pattern: str | None,

@@ -72,8 +72,8 @@ def gather_impostors(
 ) -> list[Trials]:
     """Return the impostor comparisons of files of scores, then of databases of prints.
 
-    `sources`: files of scores, of which those of the matcher are read, and folders, manifests and
-    galleries, whose prints are compared by the extended protocol. In place of the default matcher,
+    `sources`: files of scores, of which those of the matcher are read, and folders and manifests,
+    whose prints are compared by the extended protocol. In place of the default matcher,
     the one whose similarities are not lowered by the pairs that chance makes compares and is read:
     fitted to lowered ones, a calibration would raise them again. Other parameters are as for
     `fpmatch.lab.evaluation.run`, `naming` as for `load_datasets`. Raises a `DatasetError` if a

@@ -66,7 +66,7 @@ def evaluate(
     Parameters
     ----------
     datasets : Dataset, path or str, or sequence of these
-        The databases, or their folders, manifests or galleries; see
+        The databases, or their folders or manifests; see
         `fpmatch.lab.evaluation.databases.dataset.load_dataset`.
     matcher : str or Matcher
         The matcher, or its name.
@@ -90,7 +90,7 @@ def evaluate(
         If a database cannot be read, is given twice or has nothing to compare, or the protocol is
         unknown.
     FpmatchError
-        If a gallery cannot be read, the matcher is unknown, or a worker process died.
+        If the matcher is unknown, the pattern is none, or a worker process died.
 
     Examples
     --------
@@ -205,7 +205,7 @@ def _join(files: Sequence[Path], target: str | os.PathLike[str]) -> None:
 def load_datasets(
     datasets: Sequence[AnyDataset], protocol: str = "extended", **how: Any
 ) -> list[Dataset]:
-    """Load the databases among `datasets` that are given as folders, manifests or galleries.
+    """Load the databases among `datasets` that are given as folders or manifests.
 
     `how` is as for `load_dataset`. Of databases of one name, the names become those of the folders.
     Raises what that raises, and a `DatasetError` if there is none, one is given twice, or one has

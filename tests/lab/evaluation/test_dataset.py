@@ -107,7 +107,7 @@ def test_a_manifest_is_a_database_of_its_own_name(tmp_path):
     with pytest.raises(DatasetError, match="'a/b' is the name of a subject and of a subject's"):
         load_dataset(manifest)
     manifest.write_text("file,subject\nx.png,a\n")
-    with pytest.raises(DatasetError, match=r"spring\.csv: not a folder of prints, a manifest"):
+    with pytest.raises(DatasetError, match=r"spring\.csv: not a folder of prints, nor a manifest"):
         load_dataset(manifest)
 
 

@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 from fpmatch.errors import DatasetError, ImageError, OutputError, ResolutionError
+from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.synthesis.database import DatabaseMade, Plan, check_same_plan, make_database
 from fpmatch.lab.synthesis.master import MasterParameters
@@ -70,10 +71,9 @@ def test_any_number_of_workers_makes_the_same_dataset(tmp_path, undisturbed):
     made = make(tmp_path, workers=2)
     assert contents(tmp_path) == undisturbed
     dataset = load_dataset(tmp_path)
-    names = [(i.finger, i.number) for i in dataset.impressions]
-    assert names == [(101, 1), (101, 2), (102, 1), (102, 2)]
-    assert (dataset.name, dataset.dpi) == ("synthetic, clean, seed 7", 500)
-    assert dataset.sensor == "synthetic 64x72@500dpi"
+    assert [one.path.stem for one in dataset.impressions] == ["101_1", "101_2", "102_1", "102_2"]
+    info = (dataset.name, dataset.impressions[0].dpi, read_dataset_info(tmp_path).sensor)
+    assert info == ("synthetic, clean, seed 7", 500, "synthetic 64x72@500dpi")
     assert made == DatabaseMade(tmp_path, 2, 2, 2, sum(map(len, undisturbed.values())))
     (tmp_path / "102_1.tif").unlink()  # a missing image is made again
     assert make(tmp_path).made == 1

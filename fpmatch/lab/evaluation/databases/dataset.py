@@ -1,7 +1,7 @@
 """A database to evaluate, and the genuine and impostor pairs of it that a protocol compares.
 
-It is a folder of prints, folders of fingers, a manifest or a gallery. In FVC's style it is a folder
-of prints ``FFF_M.ext``, finger FFF and impression M.
+It is a folder of prints, folders of fingers, or a manifest. In FVC's style it is a folder of prints
+``FFF_M.ext``, finger FFF and impression M.
 
 References
 ----------
@@ -23,7 +23,7 @@ import numpy as np
 from fpmatch.errors import DatasetError, ImageReadError, unknown_name
 from fpmatch.gallery.batch.plan import PairChunk
 from fpmatch.gallery.listing.csv_rows import csv_cell
-from fpmatch.gallery.listing.entry import Label, NamePattern, entry_names
+from fpmatch.gallery.listing.entry import Label, NamePattern
 from fpmatch.gallery.listing.folders import natural_key
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.print_file import PrintFile, number_impressions
@@ -59,16 +59,15 @@ class Impression:
 class Dataset:
     """One database: its name is from ``dataset.toml``, else the folder's or the file's.
 
-    Impressions are sorted by finger and by their own numbers or names. `place` is the folder,
-    manifest or gallery from which they are; `notes` are about the whole database. `templates`
-    belong to all impressions where they are known already, None where there is none.
+    Impressions are sorted by finger and by their own numbers or names. `place` is the folder or
+    manifest from which they are; `notes` are about the whole database. `templates` belong to all
+    impressions where they are known already, None where there is none.
     """
 
     name: str
     impressions: tuple[Impression, ...]
     place: str
     notes: tuple[str, ...] = ()
-    in_gallery: bool = False
     templates: tuple[Template | None, ...] = ()
 
 
@@ -83,15 +82,14 @@ def load_dataset(
 
     No image is read. The prints of a folder are its images or, where it has none, its templates,
     named ``FFF_M`` and an extension; others are ignored. Where it has neither, or if `by_folder`,
-    its subfolders are fingers, or subjects whose subfolders are fingers. `place`: a folder, a
-    manifest (see `fpmatch.gallery.listing.manifest`), or a gallery (file or URL). `pattern`: finds
-    subject, finger and impression in other names; prints that it does not match are left out.
-    `by_folder`: whether the subfolders are fingers although the folder itself contains prints, or
-    their names indicate others. `dpi`: the resolution of all prints that are in files (default:
-    that in the manifest or ``dataset.toml``, else the file's own). Raises a `DatasetError` if there
-    is no such database, it holds no print or holds one twice (``101_1.tif`` and ``101_1.png``), or
-    its ``dataset.toml`` or manifest is malformed; a `GalleryError` if the gallery cannot be read,
-    or the pattern is none.
+    its subfolders are fingers, or subjects whose subfolders are fingers. `place`: a folder or a
+    manifest (see `fpmatch.gallery.listing.manifest`). `pattern`: finds subject, finger and
+    impression in other names; prints that it does not match are left out. `by_folder`: whether the
+    subfolders are fingers although the folder itself contains prints, or their names indicate
+    others. `dpi`: the resolution of all prints (default: that in the manifest or ``dataset.toml``,
+    else the file's own). Raises a `DatasetError` if there is no such database, it holds no print or
+    holds one twice (``101_1.tif`` and ``101_1.png``), or its ``dataset.toml`` or manifest is
+    malformed; a `GalleryError` if the pattern is none.
 
     Examples
     --------
@@ -108,9 +106,10 @@ def load_dataset(
     names = NamePattern(pattern) if isinstance(pattern, str) else pattern
     kind, root = kind_of(place), Path(place)
     if kind == "gallery":
-        return _of_gallery(place)
+        why = "a gallery is compared by fpmatch score, and fpmatch rates reads its scores"
+        raise DatasetError(why, path=place)
     if kind == "file":
-        why = "not a folder of prints, a manifest (columns path and subject) or a gallery"
+        why = "not a folder of prints, nor a manifest, which has the columns path and subject"
         raise DatasetError(why, path=root)
     try:
         files = find_prints([root], dpi, pattern=names, by_folder=by_folder)
@@ -169,22 +168,6 @@ def _sorted(labelled: Sequence[tuple[Label, PrintFile]], root: Path) -> tuple[Im
         file = files[label]
         impressions.append(Impression(finger, file.path, file.name, file.dpi))
     return tuple(impressions)
-
-
-def _of_gallery(place: str | os.PathLike[str]) -> Dataset:
-    from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415  (imports a database)
-
-    with open_gallery(place) as gallery:
-        entries, title = list(gallery.entries()), gallery.name
-        lost = tuple(f"entry {k} is left out: damaged: {why}" for k, why in gallery.damaged.items())
-    if not entries:
-        raise DatasetError("the gallery is empty", path=title, code="empty")
-    labelled = [
-        (entry.label, PrintFile(Path(entry.source), entry.dpi, name=name))
-        for entry, name in zip(entries, entry_names(entries), strict=True)
-    ]
-    name = title if "://" in title else Path(title).stem
-    return Dataset(csv_cell(name), _sorted(labelled, Path(title)), str(place), lost, True)
 
 
 class Pairs:

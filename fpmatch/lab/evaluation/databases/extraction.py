@@ -13,7 +13,6 @@ from fpmatch.errors import DatasetError, without_path
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.batch.sources import (
     FolderSource,
-    GallerySource,
     StoredTemplate,
     stored,
     unpack,
@@ -62,8 +61,8 @@ class Reading:
 class DatasetSource(FolderSource):
     """The prints of a database, as `fpmatch.gallery.batch.sources.PrintSource` describes.
 
-    Templates are extracted when they are first needed, and kept in memory; those of a gallery are
-    taken as they are, and so are those that the database has.
+    Templates are extracted when they are first needed, and kept in memory; those that the database
+    has are taken as they are.
     """
 
     def __init__(self, dataset: Dataset, reading: Reading = Reading()) -> None:
@@ -75,48 +74,31 @@ class DatasetSource(FolderSource):
         self.dataset, self._how = dataset, reading
         self.place, self.title = dataset.place, dataset.name
         self.fingers = [one.finger for one in dataset.impressions]
-        self._gallery = GallerySource(dataset.place) if dataset.in_gallery else None
         self._made = {
             k: StoredTemplate(None, "no template") if one is None else _stored(one)
             for k, one in enumerate(dataset.templates)
         }
-        state = self.content_hash
-        if self._gallery is not None:
-            state = f"{self._gallery.content_hash} {self.names}"
-        how = reading.enhance, reading.graded, repr(reading.extractor)
-        self.content_hash = hashlib.sha256(f"{state} {how}".encode()).hexdigest()
+        how = self.content_hash, reading.enhance, reading.graded, repr(reading.extractor)
+        self.content_hash = hashlib.sha256(repr(how).encode()).hexdigest()
 
     def templates(
         self, engine: Engine, numbers: Sequence[int]
     ) -> Generator[StoredTemplate, None, None]:
         """Yield some prints by their ascending numbers; `engine` extracts them if necessary."""
-        with closing(self._read(engine, [n for n in numbers if n not in self._made])) as made:
-            for n in numbers:
-                if n not in self._made:
-                    self._made[n] = next(made)
-                yield self._made[n]
-
-    def _read(
-        self, engine: Engine, numbers: Sequence[int]
-    ) -> Generator[StoredTemplate, None, None]:
-        """Yield some prints of the gallery or, extracted by the engine, of files."""
-        if self._gallery is not None:
-            place = {name: k for k, name in enumerate(self._gallery.names)}
-            if gone := [self.names[n] for n in numbers if self.names[n] not in place]:
-                raise DatasetError(f"{gone[0]} has been removed meanwhile", path=self.place)
-            yield from self._gallery.templates(engine, [place[self.names[n]] for n in numbers])
-            return
-        files = [self._files[n] for n in numbers]
+        missing = [n for n in numbers if n not in self._made]
         how: dict[str, Any] = {}
-        if self._how.extractor is None:
+        if missing and self._how.extractor is None:
             how = {"enhance": self._how.enhance, "graded": self._how.graded, "doubted": False}
             how["reader"] = self._open_reader(engine=engine)
         work = partial(_extracted, self._how.extractor, how)
-        with closing(attempt_each(engine, work, files)) as attempts:
-            for n, (file, attempt) in zip(numbers, attempts, strict=True):
-                reason = without_path(attempt.reason, file.path)
-                one = attempt.result or StoredTemplate(None, reason)
-                yield replace(one, notes=(*one.notes, *self._on_dpi[n]))
+        with closing(attempt_each(engine, work, [self._files[n] for n in missing])) as attempts:
+            for n in numbers:
+                if n not in self._made:
+                    file, attempt = next(attempts)
+                    reason = without_path(attempt.reason, file.path)
+                    one = attempt.result or StoredTemplate(None, reason)
+                    self._made[n] = replace(one, notes=(*one.notes, *self._on_dpi[n]))
+                yield self._made[n]
 
     def read(self, name: str) -> tuple[Template, GreyImage | NDArray[np.uint8]]:
         """Return the template of a print, and its image; of a template its ridges are drawn."""
@@ -126,13 +108,9 @@ class DatasetSource(FolderSource):
         (one,) = self.templates(serial(), [number])
         if one.data is None:
             raise DatasetError(one.reason, path=name)
-        template = unpack(one.data)
-        content = (
-            None if self._gallery is not None else self._open_reader()(self._files[number].path)
-        )
-        if content is None or isinstance(content, TemplateRecord):
-            return template, ridge_picture(template)
-        return template, content
+        template, content = unpack(one.data), self._open_reader()(self._files[number].path)
+        drawn = ridge_picture(template) if isinstance(content, TemplateRecord) else content
+        return template, drawn
 
 
 def _extracted(extract: Extractor | None, how: dict[str, Any], file: PrintFile) -> StoredTemplate:

@@ -20,12 +20,8 @@ from fpmatch.errors import DatasetError
 from fpmatch.gallery.batch.score import COMPARE, score
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.lab.evaluation.databases.dataset import (
-    Dataset,
-    choose_pairs,
-    load_dataset,
-    with_unique_names,
-)
+from fpmatch.gallery.listing.csv_rows import csv_cell
+from fpmatch.lab.evaluation.databases.dataset import Dataset, choose_pairs, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
 from fpmatch.lab.evaluation.rates.bootstrap import CHANCE
 from fpmatch.lab.evaluation.rates.scores import (
@@ -63,34 +59,17 @@ def evaluate(
 ) -> RatesReport:
     r"""Evaluate a matcher on databases.
 
-    Parameters
-    ----------
-    datasets : Dataset, path or str, or sequence of these
-        The databases, or their folders or manifests; see
-        `fpmatch.lab.evaluation.databases.dataset.load_dataset`.
-    matcher : str or Matcher
-        The matcher, or its name.
-    protocol : str
-        "extended" or "fvc"; see `choose_pairs`.
-    workers : int, optional
-        Processes to use (default: one a core). The results are the same for any number.
-    progress : callable
-        Called as ``progress(stage, done, total)`` for the stages "extract" and "compare" of each
-        database.
-    extractor : callable
-        Makes a template from a path and a resolution (None: the file's own), alone or in a
-        `fpmatch.gallery.listing.prints.ExtractedPrint`; a function at the top of a module, or with
-        one worker any.
-    pattern, by_folder
-        Where the names or subfolders of folders contain the fingers, as for `load_dataset`.
-
-    Raises
-    ------
-    DatasetError
-        If a database cannot be read, is given twice or has nothing to compare, or the protocol is
-        unknown.
-    FpmatchError
-        If the matcher is unknown, the pattern is none, or a worker process died.
+    `datasets`: a database, or some: folders, manifests, or what
+    `fpmatch.lab.evaluation.databases.dataset.load_dataset` returns. `matcher`: it, or its name.
+    `protocol`: "extended" or "fvc", see `choose_pairs`. `workers`: processes to use (default: one a
+    core); the results are the same for any number. `progress`: called as ``progress(stage, done,
+    total)`` for the stages "extract" and "compare" of each database. `extractor`: makes a template
+    from a path and a resolution (None: the file's own), alone or in a
+    `fpmatch.gallery.listing.prints.ExtractedPrint`; a function at the top of a module, or with one
+    worker any. `pattern`, `by_folder`: where the names or subfolders of folders contain the
+    fingers, as for `load_dataset`. Raises a `DatasetError` if a database cannot be read, is given
+    twice or has nothing to compare, or the protocol is unknown; another `FpmatchError` if the
+    matcher is unknown, the pattern is none, or a worker process died.
 
     Examples
     --------
@@ -222,7 +201,13 @@ def load_datasets(
         if place in seen:
             raise DatasetError(f"{dataset.place}: database given twice")
         seen.add(place)
-    return with_unique_names(loaded)
+    times = Counter(one.name for one in loaded)
+    return [replace(one, name=_own_name(one)) if times[one.name] > 1 else one for one in loaded]
+
+
+def _own_name(dataset: Dataset) -> str:
+    place = Path(dataset.place).resolve()
+    return csv_cell(place.stem if place.is_file() else place.name)
 
 
 def evaluate_scores(
@@ -267,18 +252,17 @@ def evaluate_scores(
         raise DatasetError("no file of scores given")
     named = {one.name for _, one in given if one.name}
     name = named.pop() if len(named) == 1 else "scores"
-    given = [(file, one if one.name else replace(one, name=name)) for file, one in given]
-    times = Counter((one.matcher, one.name) for _, one in given)
-    by_matcher: dict[str, list[ScoresSet]] = {}
+    times = Counter((one.matcher, one.name or name) for _, one in given)
+    by_matcher: dict[str, dict[str, SetRates]] = {}
     for file, one in given:
-        matcher = one.matcher
-        if not matcher or times[matcher, one.name] > 1:
+        matcher, of_set = one.matcher, one.name or name
+        if not matcher or times[matcher, of_set] > 1:
             matcher = f"{matcher} ({file.stem})" if matcher else file.stem
-        by_matcher.setdefault(matcher, []).append(replace(one, matcher=matcher))
-    for matcher, sets in by_matcher.items():
-        if len({one.name for one in sets}) < len(sets):
+        sets = by_matcher.setdefault(matcher, {})
+        if of_set in sets:
             raise DatasetError(f"two files of scores of the same name: {matcher}")
-    return [RatesReport.of([SetRates.of(one) for one in sets]) for sets in by_matcher.values()]
+        sets[of_set] = SetRates.of(replace(one, matcher=matcher, name=of_set))
+    return [RatesReport.of(list(sets.values())) for sets in by_matcher.values()]
 
 
 def notes_on(report: RatesReport) -> list[str]:

@@ -11,8 +11,8 @@ from fpmatch.lab.evaluation.databases.dataset import (
     Impression,
     choose_pairs,
     load_dataset,
-    with_unique_names,
 )
+from fpmatch.lab.evaluation.run import load_datasets
 
 
 def touch(folder, *names):
@@ -61,10 +61,8 @@ def test_what_is_no_database(tmp_path):
 def test_databases_of_one_name_are_called_by_their_folders(make_database):
     text = 'name = "synthetic"\n'
     folders = [make_database("a", toml=text), make_database("b", toml=text), make_database("c")]
-    loaded = [load_dataset(folder) for folder in folders]
-    assert [d.name for d in with_unique_names(loaded)] == ["a", "b", "c"]
-    assert [d.name for d in with_unique_names(loaded[1:])] == ["synthetic", "c"]
-    assert [d.impressions for d in with_unique_names(loaded)] == [d.impressions for d in loaded]
+    assert [d.name for d in load_datasets(folders)] == ["a", "b", "c"]
+    assert [d.name for d in load_datasets(folders[1:])] == ["synthetic", "c"]
 
 
 def found_in(dataset):
@@ -101,8 +99,8 @@ def test_a_manifest_is_a_database_of_its_own_name(tmp_path):
     assert dataset.name == "spring"
     (tmp_path / "dataset.toml").write_text('name = "all"\n')
     (tmp_path / "autumn.csv").write_text("path,subject\nx.png,1\ny.png,1\n")
-    both = [load_dataset(manifest), load_dataset(tmp_path / "autumn.csv")]
-    assert [d.name for d in with_unique_names(both)] == ["spring", "autumn"]
+    both = load_datasets([manifest, tmp_path / "autumn.csv"])
+    assert [d.name for d in both] == ["spring", "autumn"]
     manifest.write_text("path,subject,finger\nx.png,a,b\ny.png,a/b,\n")
     with pytest.raises(DatasetError, match="'a/b' is the name of a subject and of a subject's"):
         load_dataset(manifest)

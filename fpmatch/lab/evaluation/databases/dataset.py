@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections import Counter
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -132,16 +131,6 @@ def load_dataset(
     info = read_dataset_info(root if root.is_dir() else root.parent)
     name = info.name or (root.stem if root.is_file() else root.resolve().name)
     return Dataset(csv_cell(name), _sorted(labelled, root), str(root), tuple(notes))
-
-
-def with_unique_names(datasets: Sequence[Dataset]) -> list[Dataset]:
-    """Return databases with different names: a name that comes twice becomes the folder's."""
-    count, unique = Counter(dataset.name for dataset in datasets), []
-    for dataset in datasets:
-        place = Path(dataset.place).resolve()
-        own = csv_cell(place.stem if place.is_file() else place.name)
-        unique.append(replace(dataset, name=own) if count[dataset.name] > 1 else dataset)
-    return unique
 
 
 def _by_number(path: Path) -> Label | None:

@@ -23,7 +23,7 @@ binomial", Biometrika 26 (1934); without an error it is about the rule of 3 of I
 from __future__ import annotations
 
 from bisect import bisect_left
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.random import default_rng
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from fpmatch.lab.evaluation.rates.scores import Trials
 
     Counts = NDArray[np.int64]
+    Floats = NDArray[np.float64]
     Limits = list[float] | None
     Bound = dict[str, Any] | None
 
@@ -49,17 +50,6 @@ CONFIDENCE: Final = 0.95
 BOOTSTRAP: Final = "bootstrap"
 CLOPPER_PEARSON: Final = "clopper-pearson"
 CHANCE: Final = 0.5  # the EER of guessing, which no limit of an EER exceeds
-
-
-class Replicates(NamedTuple):
-    """The rates of every draw of fingers; NaN where a draw left no pairs of a kind.
-
-    `sets` has shape (databases, draws, rates): the EER, then the FNMR at some FMRs; `pooled` has
-    shape (draws, rates), of all databases' scores under one threshold.
-    """
-
-    sets: NDArray[np.float64]
-    pooled: NDArray[np.float64]
 
 
 def draw_fingers(fingers: int, bootstrap: int, seed: int, set_index: int = 0) -> Counts:
@@ -76,16 +66,18 @@ def bootstrap_rates(
     bootstrap: int,
     seed: int,
     limits: Sequence[float] = tuple(FMR_LIMITS.values()),
-) -> Replicates:
+) -> tuple[Floats, Floats]:
     """Compute the EER, and the FNMR at each FMR of `limits`, for draws of each database's fingers.
 
-    The same seed draws the same fingers, whatever the similarities, so that two runs over the same
-    prints can be compared draw by draw. Where fingers are not known, all rates are NaN.
+    Returns arrays (databases, draws, rates) and, of all databases' scores under one threshold,
+    (draws, rates); NaN where a draw left no pairs of a kind, or fingers are not known. The same
+    seed draws the same fingers, whatever the similarities, so that two runs over the same prints
+    can be compared draw by draw.
     """
     sets = np.full((len(trials), bootstrap, 1 + len(limits)), np.nan)
     pooled = sets[0].copy()
     if not all(one.fingers for one in trials):
-        return Replicates(sets, pooled)
+        return sets, pooled
     draws = [draw_fingers(one.fingers, bootstrap, seed, k) for k, one in enumerate(trials)]
     ranked, together = [RankedScores([one]) for one in trials], RankedScores(trials)
     for n in range(bootstrap):
@@ -94,7 +86,7 @@ def bootstrap_rates(
         pooled[n] = sets[0, n]
         if len(trials) > 1:
             pooled[n] = together.rates(np.concatenate([drawn[n] for drawn in draws]), limits)
-    return Replicates(sets, pooled)
+    return sets, pooled
 
 
 class RankedScores:
@@ -123,7 +115,7 @@ class RankedScores:
         self._below = [np.searchsorted(scores, threshold).tolist() for scores in (ours, theirs)]
         self._genuine_up_to = np.searchsorted(ours, theirs, side="right")
 
-    def rates(self, counts: Counts, limits: Sequence[float]) -> NDArray[np.float64]:
+    def rates(self, counts: Counts, limits: Sequence[float]) -> Floats:
         """Return the EER and the FNMR at the FMRs of `limits` for a draw; NaN without both kinds.
 
         `counts` (units,) is how often each unit was drawn.
@@ -155,7 +147,7 @@ class RankedScores:
 def rate_interval(
     name: str,
     rate: float | None,
-    draws: NDArray[np.float64],
+    draws: Floats,
     trials: Sequence[Trials],
     *,
     mean: bool = False,
@@ -193,7 +185,7 @@ def with_limit(
     return [low, high], {"unit": unit, "units": trials, "method": CLOPPER_PEARSON}
 
 
-def interval_of(draws: NDArray[np.float64]) -> Limits:
+def interval_of(draws: Floats) -> Limits:
     """Return the limits that leave out 2.5 % of the draws on either side.
 
     Draws without a rate are NaN; where these are half of them or more, there is no interval.

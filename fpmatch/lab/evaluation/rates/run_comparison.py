@@ -76,12 +76,13 @@ def compare_runs(
         names = "; ".join(", ".join(sorted(one.name for one in run)) for run in (before, now))
         raise DatasetError(f"the two runs have no genuine and impostor pairs in common: {names}")
     earlier, later = [one.before for one in common], [one.now for one in common]
-    draws_before, draws_now = (bootstrap_rates(run, bootstrap, seed) for run in (earlier, later))
+    (sets_before, before_pooled), (sets_now, now_pooled) = (
+        bootstrap_rates(run, bootstrap, seed) for run in (earlier, later)
+    )
     rates = [tuple(error_rates(*split([run])) for run in (one.before, one.now)) for one in common]
     enough = [bootstrap > 0 and one.fingers >= MIN_FINGERS for one in later]
-    changes = draws_now.sets - draws_before.sets
-    of_mean = draws_now.sets.mean(axis=0) - draws_before.sets.mean(axis=0)
-    of_pooled = draws_now.pooled - draws_before.pooled
+    changes, of_pooled = sets_now - sets_before, now_pooled - before_pooled
+    of_mean = sets_now.mean(axis=0) - sets_before.mean(axis=0)
     shared = sum(one.at.size for one in common)
     parts: list[Any] = [
         (one.scores.name, one.at.size, *rates[k], changes[k] if enough[k] else None)

@@ -81,9 +81,9 @@ def det_figure(curves: Sequence[Curve]) -> Figure:
     low_x = min(0.5 / max(c.impostor.size for c in curves), 0.005)
     low_y = min(0.5 / max(c.genuine.size for c in curves), 0.005)
     for k, curve in enumerate(curves):
-        errors = error_curves(curve.genuine, curve.impostor)
-        x = ndtri(np.clip(errors.fmr, low_x / 2, 1 - low_x / 2))
-        y = ndtri(np.clip(errors.fnmr, low_y / 2, 1 - low_y / 2))
+        fmr, fnmr = error_curves(curve.genuine, curve.impostor)
+        x = ndtri(np.clip(fmr, low_x / 2, 1 - low_x / 2))
+        y = ndtri(np.clip(fnmr, low_y / 2, 1 - low_y / 2))
         separates = curve.genuine.min() > curve.impostor.max()
         note = " (a threshold without errors: not in the DET)" * bool(separates)
         axes.plot(x, y, label=f"{curve.label}{note}", **series_look(k))

@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import DatasetSource
-    from fpmatch.lab.evaluation.rates.bootstrap import Replicates
     from fpmatch.lab.evaluation.rates.scores import ScoresSet, Trials
 
 
@@ -226,7 +225,7 @@ def _baseline_of(
 
 
 def _intervals(
-    report: RatesReport, document: dict[str, Any], draws: Replicates, bootstrap: int, seed: int
+    report: RatesReport, document: dict[str, Any], draws: tuple[Any, Any], bootstrap: int, seed: int
 ) -> dict[str, Any]:
     """Return the intervals of each database, of the mean, and of all scores pooled."""
     trials = report.trials
@@ -235,11 +234,9 @@ def _intervals(
         "method": BOOTSTRAP,
         "bootstrap": bootstrap,
         "seed": seed,
-        "sets": [
-            _limits(row, draws.sets[k], [trials[k]]) for k, row in enumerate(document["sets"])
-        ],
-        "mean": _limits(document["mean"], draws.sets.mean(axis=0), trials, mean=True),
-        "pooled": _limits(document["pooled"], draws.pooled, trials),
+        "sets": [_limits(row, draws[0][k], [trials[k]]) for k, row in enumerate(document["sets"])],
+        "mean": _limits(document["mean"], draws[0].mean(axis=0), trials, mean=True),
+        "pooled": _limits(document["pooled"], draws[1], trials),
     }
 
 
@@ -260,7 +257,7 @@ def _limits(
 
 
 def _operating_points(
-    report: RatesReport, fmrs: Sequence[float], draws: Replicates | None
+    report: RatesReport, fmrs: Sequence[float], draws: tuple[Any, Any] | None
 ) -> list[dict[str, Any]]:
     """Return the FNMR at the lowest threshold with at most each FMR, of each database and of all.
 
@@ -269,10 +266,10 @@ def _operating_points(
     """
     trials = report.trials
     parts: list[tuple[str, Sequence[Trials], Any]] = [
-        (row.name, [trials[k]], draws and draws.sets[k]) for k, row in enumerate(report.sets)
+        (row.name, [trials[k]], draws and draws[0][k]) for k, row in enumerate(report.sets)
     ]
     if len(parts) > 1:
-        parts.append((POOLED, trials, draws and draws.pooled))
+        parts.append((POOLED, trials, draws and draws[1]))
     calibration = calibration_of(report.matcher)
     sign = -1 if report.sets[0].scores.distances else 1
     points = []

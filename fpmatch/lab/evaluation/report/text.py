@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import chain
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import atomic_write_bytes, check_writable
@@ -12,8 +10,8 @@ from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.printable import count, text_table
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Iterable, Sequence
+    from pathlib import Path
 
 RATE_TITLES: Final = {
     "eer": "EER",
@@ -31,7 +29,6 @@ _UNITS: Final = {
 }
 _LEAST_P: Final = 0.0001
 _IDENTICAL_SHOWN: Final = 3
-TABLE_FORMATS: Final = (".tex", ".csv")
 _LATEX: Final = {ord(sign): f"\\{sign}" for sign in "&%$#_{}"} | {
     ord(sign): f"\\text{word}{{}}"
     for sign, word in (("\\", "backslash"), ("~", "asciitilde"), ("^", "asciicircum"))
@@ -229,12 +226,12 @@ def _points_table(document: dict[str, Any]) -> str:
 
 def check_table(path: Path) -> None:
     """Raise an OutputError if a table cannot be written to a file of this name."""
-    if path.suffix.lower() not in TABLE_FORMATS:
-        raise OutputError(f"{path}: a table's name ends with {', '.join(TABLE_FORMATS)}")
+    if path.suffix.lower() not in {".tex", ".csv"}:
+        raise OutputError(f"{path}: a table's name ends with .tex, .csv")
     check_writable(path)
 
 
-def save_table(path: str | os.PathLike[str], document: dict[str, Any]) -> None:
+def save_table(path: Path, document: dict[str, Any]) -> None:
     """Write the rates of each matcher and database, as LaTeX (.tex) or CSV, with their intervals.
 
     Of several databases, all scores pooled make one more row. Rates are fractions in CSV, percent
@@ -242,26 +239,21 @@ def save_table(path: str | os.PathLike[str], document: dict[str, Any]) -> None:
     """
     matchers = document.get("matchers", [document])
     names = defined_rates(one["pooled"] for one in matchers)
-    is_csv = Path(path).suffix.lower() == ".csv"
-    titles = [(name, f"{name}_low", f"{name}_high") for name in names]
-    head = chain(*titles) if is_csv else [RATE_TITLES[name] for name in names]
-    rows: list[list[Any]] = [["matcher", "set", "genuine", "impostor", *head]]
+    limits = [f"{name}{end}" for name in names for end in ("", "_low", "_high")]
+    rows: list[list[Any]] = [["matcher", "set", "genuine", "impostor", *limits]]
     for one in matchers:
         for row, known in parts_of(one, mean=False):
-            rows.append([one["matcher"], row["name"], row["genuine"], row["impostor"]])
+            cells = [one["matcher"], row["name"], row["genuine"], row["impostor"]]
             for name in names:
-                rate, interval = row[name], known.get(name)
-                if is_csv:
-                    rows[-1] += ["" if rate is None else rate, *(interval or ("", ""))]
-                    continue
-                rows[-1].append(percent(rate).removesuffix(" %"))
-                if name in known and rate is not None:
-                    limit = limits(interval, known["bounds"].get(name)).replace(" - ", "--")
-                    rows[-1][-1] += f" [{limit}]"
-    if is_csv:
-        atomic_write_bytes(path, csv_lines(rows))
-        return
-    lines = [" & ".join(str(cell).translate(_LATEX) for cell in row) + " \\\\" for row in rows]
-    head = [f"\\begin{{tabular}}{{ll{'r' * (len(rows[0]) - 2)}}}", "\\hline", lines[0], "\\hline"]
-    end = ["\\hline", "\\multicolumn{2}{l}{Rates in \\%.} \\\\", "\\end{tabular}", ""]
-    atomic_write_bytes(path, "\n".join([*head, *lines[1:], *end]).encode())
+                cells += [row[name], *(known.get(name) or (None, None))]
+            rows.append(["" if cell is None else cell for cell in cells])
+    is_csv = path.suffix.lower() == ".csv"
+    atomic_write_bytes(path, csv_lines(rows) if is_csv else _latex(rows).encode())
+
+
+def _latex(rows: list[list[Any]]) -> str:
+    shown = [[f"{100 * c:.2f}" if isinstance(c, float) else str(c) for c in row] for row in rows]
+    lines = [" & ".join(cell.translate(_LATEX) for cell in row) + r" \\" for row in shown]
+    head = rf"\begin{{tabular}}{{ll{'r' * (len(rows[0]) - 2)}}}", r"\hline", lines[0], r"\hline"
+    end = r"\hline", r"\multicolumn{2}{l}{Rates in \%.} \\", r"\end{tabular}", ""
+    return "\n".join([*head, *lines[1:], *end])

@@ -90,7 +90,7 @@ def test_intervals_cover_the_true_rate_about_as_often_as_they_say():
 
     large = world(400, 3)
     truth = error_rates(large.similarity[large.genuine], large.similarity[~large.genuine]).eer
-    draws = [bootstrap_rates([world(25, 4)], 100, seed=k).pooled[:, 0] for k in range(40)]
+    draws = [bootstrap_rates([world(25, 4)], 100, seed=k)[1][:, 0] for k in range(40)]
     intervals = [interval_of(one) for one in draws]
     assert sum(low <= truth <= high for low, high in intervals) >= 33
 

@@ -88,9 +88,7 @@ def calibrate(
             matcher=chosen,
             workers=workers,
             progress=bars.show,
-            pattern=pattern,
-            by_folder=by_folder,
-            dpi=dpi,
+            naming={"pattern": pattern, "by_folder": by_folder, "dpi": dpi},
             reading=Reading(PrintReader(raw, quiet=True), polarity),
         )
     calibration = fitting.calibrate_on(impostors, chosen.name, "fpmatch calibrate")

@@ -33,10 +33,8 @@ Columns:
 
 \b
 The 95 % intervals come from the bootstrap over the fingers of each database: how far the rates
-would scatter with other fingers. A rate of 0 or 100 % has one limit, for which each finger is one
-trial: "at most 25.89 % (0 of 10)", 95 %, one-sided, by Clopper and Pearson; about 3 / n (rule of
-3). For the EER a trial is a pair of fingers, each finger in one pair. ZeroFMR and ZeroFNMR, which
-depend on one score, have no interval.
+would scatter with other fingers. A rate of 0 or 100 % has one limit, by Clopper and Pearson: "at
+most 25.89 % (0 of 10)". ZeroFMR and ZeroFNMR, which depend on one score, have no interval.
 """
 
 _OPTIONS: Final = (

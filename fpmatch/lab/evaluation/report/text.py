@@ -252,8 +252,14 @@ def save_table(path: Path, document: dict[str, Any]) -> None:
 
 
 def _latex(rows: list[list[Any]]) -> str:
-    shown = [[f"{100 * c:.2f}" if isinstance(c, float) else str(c) for c in row] for row in rows]
-    lines = [" & ".join(cell.translate(_LATEX) for cell in row) + r" \\" for row in shown]
-    head = rf"\begin{{tabular}}{{ll{'r' * (len(rows[0]) - 2)}}}", r"\hline", lines[0], r"\hline"
+    """Return rows of CSV as a table, a rate and its limits in one cell."""
+    table = [[*rows[0][:4], *(RATE_TITLES[name] for name in rows[0][4::3])]]
+    for row in rows[1:]:
+        table.append(row[:4])
+        for k in range(4, len(row), 3):
+            rate, low, high = ("" if c == "" else f"{100 * c:.2f}" for c in row[k : k + 3])
+            table[-1].append(f"{rate} [{low}--{high}]" if low else rate)
+    lines = [" & ".join(str(cell).translate(_LATEX) for cell in row) + r" \\" for row in table]
+    head = rf"\begin{{tabular}}{{ll{'r' * (len(table[0]) - 2)}}}", r"\hline", lines[0], r"\hline"
     end = r"\hline", r"\multicolumn{2}{l}{Rates in \%.} \\", r"\end{tabular}", ""
     return "\n".join([*head, *lines[1:], *end])

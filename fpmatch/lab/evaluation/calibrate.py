@@ -255,7 +255,10 @@ def calibration_text(report: dict[str, Any]) -> str:
         beyond += (
             f"; to measure the default threshold,\n{'':14}{DEFAULT_THRESHOLD:g}, it takes some "
         )
-        beyond += f"{needed:,} impostor comparisons"
+        beyond += (
+            f"\n{'':14}so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes"
+        )
+        beyond += f"\n{'':14}some {needed:,} impostor comparisons"
     return f"""\
   Matcher     {report["matcher"]}
   Fitted to   {report["impostors"]:,} impostor comparisons

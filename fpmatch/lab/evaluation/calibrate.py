@@ -252,13 +252,9 @@ def calibration_text(report: dict[str, Any]) -> str:
     beyond = "scores are extrapolated, and verify notes it"
     if measured < DEFAULT_THRESHOLD:
         needed = round(MIN_ABOVE / score_to_fmr(DEFAULT_THRESHOLD))
-        beyond += (
-            f"; to measure the default threshold,\n{'':14}{DEFAULT_THRESHOLD:g}, it takes some "
-        )
-        beyond += (
-            f"\n{'':14}so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes"
-        )
-        beyond += f"\n{'':14}some {needed:,} impostor comparisons"
+        beyond += f"""
+              so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes
+              some {needed:,} impostor comparisons"""
     return f"""\
   Matcher     {report["matcher"]}
   Fitted to   {report["impostors"]:,} impostor comparisons

@@ -132,7 +132,8 @@ def test_local_match_agrees_with_the_reference(seed, reach, degrees, fewest):
     """Whichever print is indexed, to the last bit; of which neighbours lie beyond the cells."""
     rng = np.random.default_rng(seed)
     # with the slack of this growth the widest tolerance suffices where the narrowest is indexed
-    p = MatchParameters(tolerance_per_px=0.5, neighbour_turn_deg=degrees, fewest_neighbours=fewest)
+    least = math.cos(math.radians(degrees))
+    p = MatchParameters(tolerance_per_px=0.5, neighbour_cosine=least, fewest_neighbours=fewest)
     a, b = (some_frames(rng, int(rng.integers(0, 8)), 9, reach) for _ in range(2))
     sides = (Neighbourhoods(count, np.empty(0, np.int32), frame) for count, frame in (a, b))
     expected = local_similarity(*sides, p)

@@ -124,40 +124,15 @@ class UnitCircleMatcher(Matcher):
         whole.similarity = comparison.similarity
         return whole
 
-    def compared(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
-    ) -> Compared | None:
-        """Return how much of two prints was compared; None where nothing was aligned."""
-        evidence: Evidence | None = comparison.detail
-        if evidence is None:
-            return None
-        first, *_ = _in_order(probe, reference)
-        return Compared(
-            minutiae=int(evidence.common),
-            area_mm2=evidence.area * MM2_PER_PX2,
-            ridge_agreement=evidence.ridges if evidence.cells else None,
-            ridge_area_mm2=evidence.cells * first.region.step**2 * MM2_PER_PX2,
-        )
-
-    def ridge_map(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
-    ) -> RidgeMap | None:
-        """Return where the ridges agree; None where they were not compared."""
-        if not isinstance(comparison, AlignedComparison) or not comparison.detail.cells:
-            return None
-        a, b, swapped = _in_order(probe, reference)
-        return ridge_map(a, b, comparison.pairing, swapped=swapped)
-
-    def amount(self, prepared: PreparedTemplate, factor: float = 1.0) -> NDArray[np.float64]:
-        """Return the amount of evidence in a print with `factor` times as much skin, shape (5,).
+    def amount(self, prepared: PreparedTemplate) -> NDArray[np.float64]:
+        """Return the amount of evidence in a print, shape (5,).
 
         It has no minutiae where they do not lie along the print's own ridges.
         """
         region = prepared.region
-        area, shown = factor * region.inside * region.step**2, region.ridges is not None
+        area, shown = region.inside * region.step**2, region.ridges is not None
         held = self.parameters.beyond_share > 0.0
-        off = held and lies_off_ridges(prepared)
-        minutiae = 0.0 if off else factor * len(prepared)
+        minutiae = 0 if held and lies_off_ridges(prepared) else len(prepared)
         _, x, _, y, _ = amount_terms(minutiae, area)
         return np.array([minutiae, area, shown, x, y])
 
@@ -258,9 +233,20 @@ class AlignedComparison(Comparison):
             transform, rms = transform.inverse(), rms / transform.scale
             pairs = pairs[np.argsort(pairs[:, 1], kind="stable"), ::-1]
         self.transform, self.rms_px, self.pairs = transform, rms, pairs
-        self.agreement, self.overlap = self.detail.agreement, self.detail.overlap
-        self.reason = main_reason(self.detail)
+        e: Evidence = self.detail
+        self.agreement, self.overlap, self.reason = e.agreement, e.overlap, main_reason(e)
+        self.compared = Compared(
+            minutiae=int(e.common),
+            area_mm2=e.area * MM2_PER_PX2,
+            ridge_agreement=e.ridges if e.cells else None,
+            ridge_area_mm2=e.cells * a.region.step**2 * MM2_PER_PX2,
+        )
         return getattr(self, name)
+
+    def ridge_map(self) -> RidgeMap | None:
+        """Return where the ridges agree; None where they were not compared."""
+        a, b, swapped = self._order
+        return ridge_map(a, b, self.pairing, swapped=swapped) if self.detail.cells else None
 
 
 def too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:

@@ -18,13 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.matching.constants.comparison import (
-    ENOUGH_AREA,
-    ENOUGH_MINUTIAE,
-    LEAST_AREA,
-    SMALL_AREA_PX2,
-    UNIT_AREA,
-)
+from fpmatch.matching.constants import comparison as fixed
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
@@ -104,8 +98,8 @@ class ScoreModel:
 
 def amount_terms(minutiae: float, area: float) -> NDArray[np.float64]:
     """Return the terms of `AMOUNTS`, of minutiae and of area in square pixels at 500 dpi."""
-    x = 1.0 / (_saturated(minutiae, ENOUGH_MINUTIAE) + 1.0)
-    y = math.log(max(_saturated(area, ENOUGH_AREA), LEAST_AREA) / UNIT_AREA)
+    x = 1.0 / (_saturated(minutiae, fixed.ENOUGH_MINUTIAE) + 1.0)
+    y = math.log(max(_saturated(area, fixed.ENOUGH_AREA), fixed.LEAST_AREA) / fixed.UNIT_AREA)
     return np.array([1.0, x, x * x, y, x * y])
 
 
@@ -134,7 +128,7 @@ class ScoreWeights:
         """Return the model by which two prints are scored."""
         if a.region.ridges is None or b.region.ridges is None:
             return self.models[MODELS.index(MINUTIAE_ALONE)]
-        small = min(a.region.area, b.region.area) <= SMALL_AREA_PX2
+        small = min(a.region.area, b.region.area) <= fixed.SMALL_AREA_PX2
         return self.models[MODELS.index(SMALL_WITH_RIDGES if small else WITH_RIDGES)]
 
     def is_small(self, a: PreparedTemplate, b: PreparedTemplate) -> bool:
@@ -161,7 +155,7 @@ class ScoreWeights:
         typical = np.where(both, by_model[WITH_RIDGES], by_model[MINUTIAE_ALONE])
         small = by_model[SMALL_WITH_RIDGES]
         typical = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(typical, small), typical)
-        return np.asarray(np.where(both & (area <= SMALL_AREA_PX2), small, typical))
+        return np.asarray(np.where(both & (area <= fixed.SMALL_AREA_PX2), small, typical))
 
     def as_json(self) -> str:
         """Return the weights as the text of a JSON file, a list for each array of a model."""

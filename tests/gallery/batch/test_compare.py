@@ -22,8 +22,8 @@ class OneByOne(Matcher):
     def compare(self, probe, reference):
         return get_matcher("unit-circle").compare(probe, reference)
 
-    def amount(self, prepared, factor=1.0):
-        return get_matcher("unit-circle").amount(prepared, factor)
+    def amount(self, prepared):
+        return get_matcher("unit-circle").amount(prepared)
 
     def typical_similarities(self, probe, references):
         return get_matcher("unit-circle").typical_similarities(probe, references)

@@ -54,7 +54,7 @@ class NeighbourIndex:
         self.fewest = p.fewest_neighbours
         self.min_cosine = p.neighbour_cosine
         self.slack = 1.0 / (1.0 - p.tolerance_per_px)
-        widest = np.radians(p.neighbour_turn_deg) + np.pi / EIGHTHS + 1e-3
+        widest = np.arccos(p.neighbour_cosine) + np.pi / EIGHTHS + 1e-3
         self.least = np.cos(min(widest, np.pi))
         middle = np.pi / EIGHTHS * np.arange(1, 2 * EIGHTHS, 2)
         self.middle = np.empty((EIGHTHS, 2))

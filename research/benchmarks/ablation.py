@@ -163,7 +163,7 @@ def _compared(
         rejected = math.log(math.expm1(compared.similarity)) if compared.similarity else LEAST
         return *nothing, rejected
     e, weights = compared.detail, load_weights()
-    scorer = pipeline_for(probe, len(probe)).scorer
+    scorer = pipeline_for(probe).scorer
     unusual = e.ridges - MATCHER.parameters.usual_correlation
     return (
         weights.models.index(weights.model_of(probe, reference)),

@@ -46,12 +46,12 @@ def prepare(template: Template, parameters: MatchParameters = USUAL) -> Prepared
 def neighbourhoods(points: NDArray[np.float64], parameters: MatchParameters) -> Neighbourhoods:
     """Describe the nearest neighbours, in the first two rings, of minutiae (4, N)."""
     size, n = parameters.neighbours, points.shape[1]
-    count, neighbour = np.empty(n, np.int32), np.zeros((n, size), np.int32)
+    count, near = np.empty(n, np.int32), np.zeros((n, size), np.int32)
     frame = np.zeros((n, 6, size), np.float32)
     mesh = triangulate_checked(points[:2].T.copy())
-    writer = NeighbourhoodWriter(points, parameters, count, neighbour, frame)
+    writer = NeighbourhoodWriter(points, parameters, count, near, frame)
     writer.write(mesh.edges, mesh.ring_start, mesh.ring, mesh.interior.view(np.uint8))
-    return Neighbourhoods(count, neighbour, frame)
+    return Neighbourhoods(count, frame)
 
 
 def encode(

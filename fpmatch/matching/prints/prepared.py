@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.parameters import MatchParameters
     from fpmatch.templates.minutiae import RidgeField, Template
 
-ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour; greater ones hardly occur
 _FRAME: Final = struct.Struct("=qqqqqd")  # of a region, in its content
 
 
@@ -118,7 +117,6 @@ class Neighbourhoods:
     """
 
     count: NDArray[np.int32]  # (N,): neighbours kept of each minutia
-    neighbour: NDArray[np.int32]  # (N, size): which minutiae; beyond the number kept, any
     frame: NDArray[np.float32]  # (N, 6, size): the neighbours in the frame of the minutia
 
 
@@ -307,16 +305,6 @@ def qualities(quality: NDArray[np.uint8], usual: float) -> NDArray[np.float64]:
     if given and not are_uneven(quality):
         return np.asarray(quality / 100.0)
     return np.full(len(quality), usual)
-
-
-def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return which of `ROOT_WEIGHTS` the square roots of neighbours' weights are nearest to.
-
-    The weights are rounded to these when a print is prepared, not when it is put into arrays: so
-    all comparisons, of two prints or of one with many, are of the same values.
-    """
-    step = np.rint(root_weight * np.float64(100.0))
-    return np.minimum(step, len(ROOT_WEIGHTS) - 1.0).astype(np.uint8)
 
 
 def content_key(

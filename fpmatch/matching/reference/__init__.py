@@ -134,10 +134,8 @@ def transform_of(
     linear = weight @ (span.conj() * (other - middle_other))
     spread = weight @ (span.real * span.real + span.imag * span.imag)
     stretched = abs(linear) / spread if spread > 0.0 else 0.0
-    if (
-        len(i) < fixed.MIN_PAIRS_FOR_SCALE
-        or not 1 / fixed.MAX_STRETCH <= stretched / scale <= fixed.MAX_STRETCH
-    ):
+    most = fixed.MAX_STRETCH
+    if len(i) < fixed.MIN_PAIRS_FOR_SCALE or not 1 / most <= stretched / scale <= most:
         stretched, linear = scale, pairing.move[0].conjugate()
     turn = cmath.phase(linear)
     linear = cmath.rect(stretched, turn)

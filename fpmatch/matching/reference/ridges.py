@@ -184,16 +184,11 @@ def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[n
     it, as wherever B has no cell, there is a valley.
     """
     rows, columns = picture.shape
-    edge = 2 * fixed.BITS_ALONG
+    bits, edge = fixed.BITS_ALONG, 2 * fixed.BITS_ALONG
     padded = np.zeros((rows + 2 * edge, columns + 2 * edge), bool)
     padded[edge:-edge, edge:-edge] = picture
     windows = sliding_window_view(padded, (fixed.SHIFTS, fixed.SHIFTS))
-    seen = (
-        (u >= 0.0)
-        & (u < columns + 3 * fixed.BITS_ALONG)
-        & (v >= 0.0)
-        & (v < rows + 3 * fixed.BITS_ALONG)
-    )
+    seen = (u >= 0.0) & (u < columns + 3 * bits) & (v >= 0.0) & (v < rows + 3 * bits)
     theirs = np.zeros((*u.shape, fixed.SHIFTS, fixed.SHIFTS), bool)
     theirs[seen] = windows[v[seen].astype(np.intp), u[seen].astype(np.intp)]
     agreeing = np.sum(theirs == ours[:, :, None, None], axis=1, dtype=np.uint16)

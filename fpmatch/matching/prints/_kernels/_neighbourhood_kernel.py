@@ -23,7 +23,8 @@ LEAST_WEIGHT = cython.declare(cython.double, prints.LEAST_WEIGHT)
 class NeighbourhoodWriter:
     """Write the neighbourhoods of a print of the minutiae `points` (4, N).
 
-    The other arrays are as `Neighbourhoods` has them, `near` and `frame` filled with zeros.
+    `count` and `frame` are as `Neighbourhoods` has them; ``near[i]`` will be the neighbours of
+    minutia i. `near` and `frame` are filled with zeros.
     """
 
     def __init__(self, points, parameters, count, near, frame) -> None:

@@ -195,10 +195,11 @@ def find_shortage(known: Reachable, threshold: float) -> Shortage | None:
     minutiae, area_px2 = known.amounts[:, :2].min(axis=0).tolist()
     area = area_px2 * (MM_PER_INCH / STANDARD_DPI) ** 2
     fewest = count(int(minutiae), "minutia", "minutiae")
-    if math.isinf(known.score) and not area:
+    if math.isinf(known.score):
         message = f"{fewest} in the smaller print, where {LEAST_MINUTIAE} are needed at least"
         return Shortage("too few minutiae", message)
-    message = f"{fewest} on {area:.0f} mm² in the smaller print"
-    if math.isfinite(known.score):
-        message += f", with which half of the genuine comparisons score {known.score:.1f} or less"
+    message = (
+        f"{fewest} on {area:.0f} mm² in the smaller print, with which half of the genuine "
+        f"comparisons score {known.score:.1f} or less"
+    )
     return Shortage("too little skin" if area < ENOUGH_MM2 else "too few minutiae", message)

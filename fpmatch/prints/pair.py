@@ -84,9 +84,7 @@ def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions)
         reference,
         matcher=options.matcher,
         threshold=options.decision_score(),
-        calibration=None
-        if file is None
-        else load_calibration(name, file),
+        calibration=None if file is None else load_calibration(name, file),
     )
 
 

@@ -98,16 +98,12 @@ class ScoreModel:
 
 def amount_terms(minutiae: float, area: float) -> NDArray[np.float64]:
     """Return the terms of `AMOUNTS`, of minutiae and of area in square pixels at 500 dpi."""
-    x = 1.0 / (_saturated(minutiae, fixed.ENOUGH_MINUTIAE) + 1.0)
-    y = math.log(max(_saturated(area, fixed.ENOUGH_AREA), fixed.LEAST_AREA) / fixed.UNIT_AREA)
+    amount = np.array([minutiae, area])
+    share = (amount / (fixed.ENOUGH_MINUTIAE, fixed.ENOUGH_AREA)) ** 2
+    # about the amount where it is much less than what is enough, else about that
+    n, a = (amount / np.sqrt(np.sqrt(1.0 + share * share))).tolist()
+    x, y = 1.0 / (n + 1.0), math.log(max(a, fixed.LEAST_AREA) / fixed.UNIT_AREA)
     return np.array([1.0, x, x * x, y, x * y])
-
-
-def _saturated(amount: float, enough: float) -> float:
-    """Return about the amount where it is much less than `enough`, else about `enough`."""
-    share = amount / enough
-    share = share * share
-    return amount / math.sqrt(math.sqrt(1.0 + share * share))
 
 
 def as_similarity(minus_log_fmr: float) -> float:
@@ -211,11 +207,6 @@ class Evidence(NamedTuple):
         return as_similarity(self.minus_log_fmr)
 
 
-SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small
-POOR_RIDGES: Final = 0.3  # correlation: hardly more than that of impostor prints
-MOSTLY_PAIRED: Final = 0.5  # share of the minutiae in the common region: not too few are paired
-
-
 @cache
 def load_weights() -> ScoreWeights:
     """Return the weights in the package."""
@@ -224,13 +215,7 @@ def load_weights() -> ScoreWeights:
 
 def main_reason(evidence: Evidence) -> str:
     """Return the main reason against one finger, by the evidence of the score."""
-    among = f"the {count(int(evidence.common), 'minutia', 'minutiae')} of both prints"
-    share = f"{count(int(evidence.pairs), 'pair')} among {among} in the common region"
-    if evidence.overlap < SMALL_OVERLAP:
-        return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
-    if evidence.cells and evidence.ridges < POOR_RIDGES:
-        return f"the ridges disagree under the best transform: {share}"
-    if evidence.agreement >= MOSTLY_PAIRED:
-        few = "half of the minutiae or more are paired, but they are too few, or agree too poorly"
-        return f"{few}: {share}"
-    return f"too few minutiae agree under the best transform: {share}"
+    pairs, minutiae = int(evidence.pairs), int(evidence.common)
+    among = f"{count(pairs, 'pair')} among the {count(minutiae, 'minutia', 'minutiae')}"
+    where = f"of both prints in the common region ({evidence.overlap:.0%} of the smaller print)"
+    return f"too little agrees under the best transform: {among} {where}"

@@ -17,7 +17,7 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
-from fpmatch.matching.constants.comparison import LEAST_SPREAD, LOG_10, MIN_MINUTIAE
+from fpmatch.matching.constants import LEAST_SPREAD, LOG_10, MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER, pipeline_for
 from fpmatch.matching.pipeline.evidence import (
     FEATURES,

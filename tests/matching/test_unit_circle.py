@@ -27,7 +27,7 @@ from matching_prints import (
 )
 from matching_weights import ALWAYS, NEVER, REJECTING, scored_by, some_weights
 
-from fpmatch.matching.constants.comparison import MIN_PAIRS_FOR_SCALE
+from fpmatch.matching.constants import MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.matching.constants import comparison as fixed
+from fpmatch.matching import constants as fixed
 from fpmatch.printable import count
 
 if TYPE_CHECKING:

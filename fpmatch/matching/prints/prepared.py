@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.matching.constants import prints as fixed
+from fpmatch.matching import constants as fixed
 from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.templates.plausibility import ENOUGH_ON_RIDGES, are_uneven, lie_off_ridges
 
@@ -125,7 +125,7 @@ class BitDescriptors:
     """The bit descriptors of a print of N minutiae.
 
     Each minutia has a word for each of its neighbours: the cell of position and direction, in the
-    minutia's own frame, in which the neighbour lies in each of two grids; see `constants.prints`.
+    minutia's own frame, in which the neighbour lies in each of two grids; see `matching.constants`.
     Twelve more words are the bins of the ridge orientation at places around it.
     """
 

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.matching.constants import comparison as fixed
+from fpmatch.matching import constants as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.prints.prepared import encode_scaled, prepare_by

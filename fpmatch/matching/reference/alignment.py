@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.constants import comparison as fixed
+from fpmatch.matching import constants as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.reference.pair_mesh import PairMesh, mesh_of_pairs, predict
 

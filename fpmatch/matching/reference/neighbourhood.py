@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.matching.constants.prints import LEAST_WEIGHT
+from fpmatch.matching.constants import LEAST_WEIGHT
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepared import Neighbourhoods
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked

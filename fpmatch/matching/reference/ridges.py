@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from fpmatch.matching.constants import comparison as fixed
-from fpmatch.matching.constants.prints import ORIENTATIONS
+from fpmatch.matching import constants as fixed
+from fpmatch.matching.constants import ORIENTATIONS
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepared import codes_at
 from fpmatch.matching.reference.pair_mesh import cross
@@ -38,7 +38,7 @@ class RidgeMap:
     the cells that touch it, where the mesh of pairs maps it, shifted by up to half a ridge period.
     Its correlation is 2·p - 1, where p is the share of samples that are ridge in both prints or
     valley in both: 1 where the ridges coincide, on average `IMPOSTOR_RIDGES` (of
-    `fpmatch.matching.constants.comparison`) for different fingers.
+    `fpmatch.matching.constants`) for different fingers.
     """
 
     correlation: Floats  # (K,): -1 to 1

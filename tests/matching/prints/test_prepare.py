@@ -20,7 +20,7 @@ from matching_prints import (
     two_impressions,
 )
 
-from fpmatch.matching.constants.prints import MAX_ENCODED, NOWHERE, ORIENTATIONS
+from fpmatch.matching.constants import MAX_ENCODED, NOWHERE, ORIENTATIONS
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepare import prefilter_of, prepare, score_descriptors
 from fpmatch.matching.prints.prepared import codes_at, orientation_codes, qualities

@@ -12,10 +12,10 @@ from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
 )
 from cython.cimports.libc.math import rint, sqrt
 
-from fpmatch.matching.constants import prints
+from fpmatch.matching import constants
 
 EDGES = 6  # a minutia, in the mean, at most: a triangulation has half as many
-LEAST_WEIGHT = cython.declare(cython.double, prints.LEAST_WEIGHT)
+LEAST_WEIGHT = cython.declare(cython.double, constants.LEAST_WEIGHT)
 
 
 @cython.final

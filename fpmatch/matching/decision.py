@@ -41,7 +41,6 @@ DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
 LEAST_MINUTIAE: Final = 3  # without an estimate: fewer make no triangle
 ENOUGH_MM2: Final = 77.0  # more skin adds nothing to the reachable score
 _CORNERS: Final = np.array([[0, 0], [1, 0], [0, 1], [1, 1]], np.int32)  # of a cell
-NO_EVIDENCE: Final = (0.0,) * 5  # amount of evidence in a print that shows no finger
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,12 +89,12 @@ class Rule:
 def evidence_in(matcher: Matcher, template: Template, prepared: object) -> NDArray[np.float64]:
     """Return the amount of evidence in a print, shape (5,), as the matcher measures it.
 
-    It is `NO_EVIDENCE` where the print does not show a finger; see `lacks_ridges`.
+    It is 0 where the print does not show a finger; see `lacks_ridges`.
     """
     if lacks_ridges(template):
-        return np.array(NO_EVIDENCE)
+        return np.zeros(5)
     amount: NDArray[np.float64] | None = call_matcher(matcher, "amount", prepared)
-    return np.array([len(template.minutiae), *NO_EVIDENCE[1:]]) if amount is None else amount
+    return np.array([len(template.minutiae), 0.0, 0.0, 0.0, 0.0]) if amount is None else amount
 
 
 def lacks_ridges(template: Template) -> str:
@@ -126,31 +125,24 @@ def lacks_ridges(template: Template) -> str:
     return "has no ridges of a finger: they are straight" if straight else ""
 
 
-def reachable_similarities(
-    matcher: Matcher, probe: NDArray[np.float64], references: NDArray[np.float64]
+def reachable_scores(
+    matcher: Matcher,
+    calibration: Calibration | None,
+    probe: NDArray[np.float64],
+    references: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the similarities that half of the genuine comparisons of as much evidence reach.
+    """Return the scores that half of the genuine comparisons of as much evidence reach.
 
-    `probe` and `references` are amounts of evidence, shape (..., 5). The similarities are infinite
-    where the matcher gives no estimate, and minus infinity where a print does not show a finger, or
-    one of which nothing is estimated has fewer than `LEAST_MINUTIAE`.
+    `probe` and `references` are amounts of evidence, shape (..., 5). The scores are infinite where
+    the matcher gives no estimate or has no calibration, and minus infinity where a print does not
+    show a finger, or one of which nothing is estimated has fewer than `LEAST_MINUTIAE`.
     """
     fewest = np.minimum(probe[..., 0], references[..., 0])
     typical = call_matcher(matcher, "typical_similarities", probe, references)
-    return np.where(fewest >= np.where(np.isinf(typical), LEAST_MINUTIAE, 1), typical, -math.inf)
-
-
-def reachable_scores(
-    calibration: Calibration | None, similarities: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the reachable scores from what `reachable_similarities` returned.
-
-    Infinite ones stay so; without a calibration, all others become infinite.
-    """
-    known = np.isfinite(similarities)
-    if calibration is None:
-        return np.where(known, math.inf, similarities)
-    return np.where(known, calibration.scores(np.where(known, similarities, 0.0)), similarities)
+    unknown = np.isinf(typical)
+    scores = typical if calibration is None else calibration.scores(typical)
+    scores = np.where(unknown | (calibration is None), math.inf, scores)
+    return np.where(fewest >= np.where(unknown, LEAST_MINUTIAE, 1), scores, -math.inf)
 
 
 class Reachable(NamedTuple):
@@ -170,7 +162,7 @@ def find_reachable(
     """
     ours = evidence_in(matcher, *probe)
     theirs = np.stack([evidence_in(matcher, *one) for one in references])
-    reachable = reachable_scores(calibration, reachable_similarities(matcher, ours, theirs))
+    reachable = reachable_scores(matcher, calibration, ours, theirs)
     best = int(np.argmax(reachable))
     sides = probe, references[best]
     return Reachable(float(reachable[best]), sides, np.stack([ours, theirs[best]]))

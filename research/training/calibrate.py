@@ -92,9 +92,8 @@ def command(
             shares += [WITH_RIDGES, ALONE]
             calibration = calibrate_on(impostors, name, origin, shares=shares)
             known = calibration.provenance  # which counts every finger twice
-            calibration = replace(
-                calibration, provenance=replace(known, fingers=known.fingers // 2)
-            )
+            halved = {**known, "fingers": known["fingers"] // 2}
+            calibration = replace(calibration, provenance=halved)
         else:
             (report,) = evaluate_matchers([*real, *made], [name], workers=workers)
             calibration = calibrate_on(report.impostors, get_matcher(name).name, origin)
@@ -102,7 +101,7 @@ def command(
             calibration = with_tail(calibration, high)
         target = into / f"{get_matcher(name).name}.json"
         target.write_text(calibration.as_json(), encoding="utf-8")
-        click.echo(f"{target}: {calibration.provenance.impostors} impostor comparisons")
+        click.echo(f"{target}: {calibration.provenance['impostors']} impostor comparisons")
 
 
 def _impostors_by_form(

@@ -136,9 +136,7 @@ class UnitCircleMatcher(Matcher):
         The smaller of two prints bounds the skin that they share. `probe` and `references` are
         amounts of evidence, shape (..., 5). Measured on synthetic prints and parts of them.
         """
-        typical = score.load_weights().typical(probe, references)
-        enough = np.minimum(probe[..., 0], references[..., 0]) >= MIN_MINUTIAE
-        return np.where(enough, np.logaddexp(0.0, typical), 0.0)
+        return np.logaddexp(0.0, score.load_weights().typical(probe, references))
 
     def possible_scales(
         self, probe: PreparedTemplate, reference: PreparedTemplate, ratios: Sequence[float]

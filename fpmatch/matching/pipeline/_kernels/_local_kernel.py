@@ -50,9 +50,9 @@ class NeighbourIndex:
         self.touched = np.zeros(words, np.uint64)
         self.word = np.zeros(self.size * words + 1, np.uint64)
         self.place = np.zeros(self.size * words + 1, np.int32)
-        self.number = np.zeros(self.size * words * BITS, np.int32)
+        self.number = np.zeros(self.size * words * BITS + 1, np.int32)
         self.best, self.total = np.zeros(numbers), np.zeros(self.minutiae)
-        turn = np.radians(min(p.neighbour_turn_deg + 0.1, 180.0))
+        turn = min(np.arccos(p.neighbour_cosine) + 1e-3, np.pi)
         self._list(count, frame, 1.0 / (1.0 - p.tolerance_per_px), np.cos(turn), np.sin(turn))
 
     @cython.locals(k=cython.Py_ssize_t, axis=cython.Py_ssize_t)

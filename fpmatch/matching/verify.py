@@ -276,6 +276,6 @@ def _mirrored_score(rule: Rule, probe: Template, references: Sequence[Side]) -> 
         return None
     mirrored = call_matcher(rule.matcher, "prepare", probe.mirrored())
     tried = [compare_prepared(rule.matcher, one, mirrored) for _, one in references]
-    most = max((one.similarity for one in tried if one.transform is not None), default=0.0)
-    score = rule.score(most) - allowance_of(MIRRORED_SHARE, len(tried))
-    return score if score >= rule.threshold else None
+    best = max(tried, key=lambda one: one.similarity)
+    score = rule.score(best.similarity) - allowance_of(MIRRORED_SHARE, len(tried))
+    return score if rule.is_match(best, score) else None

@@ -43,7 +43,8 @@ class NeighbourIndex:
         words = (numbers + BITS - 1) // BITS
         self.fewest, self.min_cosine = p.fewest_neighbours, p.neighbour_cosine
         self.share = 1.0 / np.sqrt(np.maximum(count, self.fewest))
-        self.entry = np.asarray(frame).transpose(2, 0, 1).reshape(numbers, 6).astype(np.float64)
+        entry = np.asarray(frame, np.float64).transpose(2, 0, 1).reshape(numbers, 6)
+        self.entry = np.ascontiguousarray(entry)
         self.owner = np.tile(np.arange(self.minutiae, dtype=np.int32), self.size)
         self.scale = np.array([1.0 / BIN_PX, 1.0 / BIN_PX, BINS / 4, BINS / 4])
         self.near = np.zeros((4, BINS, words), np.uint64)
@@ -110,7 +111,7 @@ class NeighbourIndex:
                     word[found], place[found] = bits, k << LANE | at * BITS
                     found += bits != 0
             for m in range(self._unpack(found)):
-                k, e = number[m] >> LANE, number[m] & MOST
+                k, e = number[m] >> LANE, number[m] & LOWER
                 entry = cython.address(self.entry[e, 0])
                 precision = float(frame[i, 4, k]) if before else entry[4]
                 weight_a = float(frame[i, 5, k]) if before else entry[5]

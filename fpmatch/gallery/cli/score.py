@@ -140,11 +140,11 @@ def score(
     from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.matching.calibration import load_calibration
-    from fpmatch.matching.registry import matcher_name
+    from fpmatch.matching.registry import get_matcher
     from fpmatch.prints.reading import PrintReader
 
     check_where(workers, scheduler)
-    fitted = load_calibration(matcher_name(matcher), calibration) if calibration else None
+    fitted = load_calibration(get_matcher(matcher).name, calibration) if calibration else None
     say_slow_kernels()
     try:
         with make_engine(workers, scheduler) as engine, ProgressBars(_STAGES) as bars:

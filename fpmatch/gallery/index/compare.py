@@ -80,7 +80,7 @@ def similarities(
     if own and packs(matcher) and not matcher.by_reference and some:
         # which of two prints comes first, by their content, decides how they are compared
         order[:] = [(one.key > key) - (one.key < key) for one in some]
-        pipeline = pipeline_for(probe, max(len(probe), *map(len, some)))
+        pipeline = pipeline_for(probe)
         index_neighbours(pipeline, probe)
         compare_each(pipeline, references.views, order, similarity)
     for k in np.flatnonzero(order == 0).tolist():

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.matching.constants import prints as fixed
+from fpmatch.matching import constants as fixed
 from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.templates.plausibility import ENOUGH_ON_RIDGES, are_uneven, lie_off_ridges
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.parameters import MatchParameters
     from fpmatch.templates.minutiae import RidgeField, Template
 
-ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour; greater ones hardly occur
 _FRAME: Final = struct.Struct("=qqqqqd")  # of a region, in its content
 
 
@@ -118,7 +117,6 @@ class Neighbourhoods:
     """
 
     count: NDArray[np.int32]  # (N,): neighbours kept of each minutia
-    neighbour: NDArray[np.int32]  # (N, size): which minutiae; beyond the number kept, any
     frame: NDArray[np.float32]  # (N, 6, size): the neighbours in the frame of the minutia
 
 
@@ -127,7 +125,7 @@ class BitDescriptors:
     """The bit descriptors of a print of N minutiae.
 
     Each minutia has a word for each of its neighbours: the cell of position and direction, in the
-    minutia's own frame, in which the neighbour lies in each of two grids; see `constants.prints`.
+    minutia's own frame, in which the neighbour lies in each of two grids; see `matching.constants`.
     Twelve more words are the bins of the ridge orientation at places around it.
     """
 
@@ -307,16 +305,6 @@ def qualities(quality: NDArray[np.uint8], usual: float) -> NDArray[np.float64]:
     if given and not are_uneven(quality):
         return np.asarray(quality / 100.0)
     return np.full(len(quality), usual)
-
-
-def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return which of `ROOT_WEIGHTS` the square roots of neighbours' weights are nearest to.
-
-    The weights are rounded to these when a print is prepared, not when it is put into arrays: so
-    all comparisons, of two prints or of one with many, are of the same values.
-    """
-    step = np.rint(root_weight * np.float64(100.0))
-    return np.minimum(step, len(ROOT_WEIGHTS) - 1.0).astype(np.uint8)
 
 
 def content_key(

@@ -26,12 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.matching.constants.comparison import (
-    MAX_STRETCH,
-    MIN_PAIRS_FOR_SCALE,
-    REJECTED,
-    SHORTFALL,
-)
+from fpmatch.matching import constants as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.prints.prepared import encode_scaled, prepare_by
@@ -68,7 +63,7 @@ def rejected(
     enough = min(base + growth * min(len(a), len(b)), limit)
     bits = a.bit_descriptors, b.bit_descriptors
     shortfall = enough - descriptor_similarity(*bits, parameters)
-    return REJECTED - SHORTFALL * shortfall if shortfall > 0.0 else 0.0
+    return fixed.REJECTED - fixed.SHORTFALL * shortfall if shortfall > 0.0 else 0.0
 
 
 def match(
@@ -139,7 +134,8 @@ def transform_of(
     linear = weight @ (span.conj() * (other - middle_other))
     spread = weight @ (span.real * span.real + span.imag * span.imag)
     stretched = abs(linear) / spread if spread > 0.0 else 0.0
-    if len(i) < MIN_PAIRS_FOR_SCALE or not 1 / MAX_STRETCH <= stretched / scale <= MAX_STRETCH:
+    most = fixed.MAX_STRETCH
+    if len(i) < fixed.MIN_PAIRS_FOR_SCALE or not 1 / most <= stretched / scale <= most:
         stretched, linear = scale, pairing.move[0].conjugate()
     turn = cmath.phase(linear)
     linear = cmath.rect(stretched, turn)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from fpmatch.matching import reference as method
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.evidence import Evidence, amount_terms, as_similarity, main_reason

@@ -83,15 +83,17 @@ class UnitCircleMatcher(Matcher):
         a, b, swapped = _in_order(probe, reference)
         if not len(a) or not len(b):
             return nothing_found(UNPAIRED)
-        # of two equal prints neither comes first: the reference takes the identity
         same = a.key == b.key
-        if self.by_reference or same:
+        if self.by_reference:
             rejected = 0.0 if in_any_case or same else method.rejected(a, b, self.parameters)
             matched = None if rejected else method.match(a, b, self.parameters)
         else:
             pipeline, view = pipeline_for(probe, self.parameters), view_of(reference)
-            rejected = 0.0 if in_any_case else pipeline.rejected(view, swapped)
+            rejected = 0.0 if in_any_case or same else pipeline.rejected(view, swapped)
             matched = None if rejected else _matched_by(pipeline, view, a, b, swapped)
+            # of two equal prints neither comes first: only the identity is its own inverse
+            if same and not (matched and _is_identity(matched[0])):
+                matched = method.match(a, b, self.parameters)
         if rejected:
             return nothing_found(UNLIKE, as_similarity(rejected))
         if matched is None:
@@ -170,6 +172,12 @@ def _in_order(
     """Return the prints in the order of their content, and whether the reference comes first."""
     swapped = reference.key < probe.key
     return (reference, probe, True) if swapped else (probe, reference, False)
+
+
+def _is_identity(pairing: Pairing) -> bool:
+    """Return whether each minutia is paired with the same one, by the transform that moves none."""
+    every = np.arange(len(pairing.partner))
+    return pairing.move == (1 + 0j, 0j) and np.array_equal(pairing.partner, every)
 
 
 def _matched_by(

@@ -8,7 +8,7 @@ import math
 import re
 import zlib
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, partial
 from itertools import chain
 from pathlib import Path
@@ -20,8 +20,7 @@ from fpmatch.errors import FpmatchError, ScoringError, TemplateError, without_pa
 from fpmatch.gallery.engine.workers import attempt_each
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import NamePattern, entry_names
-from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.gallery.listing.print_file import resolution_notes
+from fpmatch.gallery.listing.manifest import kind_of
 from fpmatch.gallery.listing.prints import find_prints, folder_reader, read_one_print
 from fpmatch.gallery.store.stored_template import (
     minutiae_digest,
@@ -40,8 +39,7 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.listing.entry import Label
-    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.entry import Label, PrintFile
     from fpmatch.gallery.listing.prints import Reader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
@@ -144,7 +142,6 @@ class FolderSource:
         self.title = csv_cell(info.name or (place.resolve().name if place.is_dir() else place.stem))
         self.names = [file.name for file in files]
         self.paths = [str(file.path) for file in files]
-        self._on_dpi = resolution_notes([file.dpi for file in files])
         labels = [file.label for file in files]
         by_name = [one.label or NamePattern().label(Path(one.path.name)) for one in files]
         self.fingers = [
@@ -166,12 +163,9 @@ class FolderSource:
         # Read here, so that workers elsewhere need not see the files.
         opened = (_open(self._open_reader(), self._files[n]) for n in numbers)
         with closing(attempt_each(engine, _extract, opened)) as attempts:
-            for number, ((file, _), attempt) in zip(numbers, attempts, strict=True):
-                if attempt.result is None:
-                    yield StoredTemplate(None, without_path(attempt.reason, file.path))
-                else:
-                    notes = (*attempt.result.notes, *self._on_dpi[number])
-                    yield replace(attempt.result, notes=notes)
+            for (file, _), attempt in attempts:
+                why = without_path(attempt.reason, file.path)
+                yield attempt.result or StoredTemplate(None, why)
 
 
 class GallerySource:

@@ -133,7 +133,7 @@ def enrol(
     from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.listing.entry import NamePattern
-    from fpmatch.gallery.listing.kinds import kind_of
+    from fpmatch.gallery.listing.manifest import kind_of
     from fpmatch.gallery.listing.prints import extract_print, find_prints, folder_reader
     from fpmatch.gallery.store.audit import switch
     from fpmatch.gallery.tasks import enrol as work

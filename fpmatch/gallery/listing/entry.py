@@ -1,4 +1,4 @@
-"""Enrolled impressions, and their labels, which the names of files contain."""
+"""Prints to enrol, enrolled impressions, and their labels, which the names of files contain."""
 
 from __future__ import annotations
 
@@ -107,6 +107,26 @@ class NamePattern:
             if match is not None and match["subject"]:
                 return Label(**match.groupdict(""))
         return None
+
+
+@dataclass(frozen=True, slots=True)
+class PrintFile:
+    """The file of an image or a template, and its resolution (None: that in the file).
+
+    `label` is that of a manifest, a pattern or the folders; None where only the file's name may
+    contain one. `name` is the file's, or the path by which a manifest or a folder of folders has
+    it, as `csv_cell` makes it. `place` is the folder above its own, or the manifest, from which it
+    was taken.
+    """
+
+    path: Path
+    dpi: float | None = None
+    label: Label | None = None
+    name: str = ""
+    place: Path | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", csv_cell(self.name or self.path.name))
 
 
 @dataclass(frozen=True, slots=True)

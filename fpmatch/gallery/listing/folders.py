@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.base.output import reason
 from fpmatch.base.parsing import read_head
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.listing.entry import Label, NamePattern
-from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.gallery.listing.entry import Label, NamePattern, PrintFile
 from fpmatch.printable import printable
 
 if TYPE_CHECKING:

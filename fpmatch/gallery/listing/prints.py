@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 from fpmatch.errors import ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.engine.workers import results_of_each
+from fpmatch.gallery.listing.entry import PrintFile
 from fpmatch.gallery.listing.folders import labelled_by_folder, prints_below, prints_in
-from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.gallery.listing.manifest import read_manifest
-from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.gallery.listing.manifest import kind_of, read_manifest
 from fpmatch.gallery.listing.two_prints import why_two_prints
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.image.quality.print_quality import why_no_minutiae

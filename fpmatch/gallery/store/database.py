@@ -15,7 +15,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from fpmatch.base.folders import create_private, make_private
 from fpmatch.errors import EncryptionError, GalleryError
-from fpmatch.gallery.listing.kinds import SQLITE_HEADER
+from fpmatch.gallery.listing.manifest import SQLITE_HEADER
 from fpmatch.gallery.store.sealing import read_sealing
 from fpmatch.gallery.store.tables import TABLES
 

@@ -18,7 +18,6 @@ from fpmatch.errors import GalleryError, without_path
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, attempt_each, no_progress
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, NamePattern, NewEntry
-from fpmatch.gallery.listing.print_file import resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
 from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.gallery.store.audit import ranges
@@ -34,8 +33,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.listing.entry import Label, PackedEntry
-    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.entry import Label, PackedEntry, PrintFile
     from fpmatch.templates.minutiae import Template
 
     Requested = tuple[PrintFile, EnrolmentRequest]
@@ -168,8 +166,6 @@ def enrol(
     done = into or Enrolment(gallery, strict=strict)
     before = done.counted
     noted: list[tuple[Path, tuple[str, ...]]] = []
-    notes = resolution_notes([file.dpi for file in prints])
-    on_dpi = {file.path: one for file, one in zip(prints, notes, strict=True)}
 
     def report() -> None:
         progress("enrol", done.counted - before, len(prints))
@@ -190,7 +186,7 @@ def enrol(
                     if made is None:
                         done.fail(source, without_path(attempt.reason, file.path))
                         continue
-                    noted.append((file.path, (*made.all_notes, *on_dpi[file.path])))
+                    noted.append((file.path, made.all_notes))
                     entry = NewEntry(request.label, source, request.content, made.template)
                     packed = pack_entry(entry)
                     if isinstance(packed, Failure):

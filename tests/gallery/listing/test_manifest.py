@@ -9,9 +9,7 @@ from hypothesis import strategies as st
 from fpmatch.errors import DatasetError, ScoringError
 from fpmatch.gallery.batch.plan import iterate_pairs
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
-from fpmatch.gallery.listing.print_file import number_impressions
+from fpmatch.gallery.listing.manifest import kind_of, number_impressions, read_manifest
 from fpmatch.gallery.listing.prints import find_prints
 
 
@@ -46,7 +44,6 @@ FULL = "path,subject,finger,impression,dpi\na.png,ada,right index,1,500\n"
 )
 def test_a_print_in_every_form(manifest, text):
     path = manifest(text)
-    assert is_manifest(path)
     assert kind_of(path) == "manifest"
     (found,) = read_manifest(path)
     assert (found.path, found.name) == (path.parent / "a.png", "a.png")
@@ -115,10 +112,10 @@ def test_what_is_wrong_is_said_in_one_line(manifest, content, reason):
 def test_what_is_no_file(tmp_path):
     with pytest.raises(DatasetError, match=r"gone\.csv: cannot be read: no such file"):
         read_manifest(tmp_path / "gone.csv")
-    assert not is_manifest(tmp_path)
+    assert kind_of(tmp_path) == "folder"
     for text in ("x,y,theta\n1,2,3\n", "probe,reference\n", "\0path\0", ""):
         (tmp_path / "other.csv").write_text(text)
-        assert not is_manifest(tmp_path / "other.csv")
+        assert kind_of(tmp_path / "other.csv") == "file"
 
 
 @given(
@@ -147,7 +144,7 @@ def test_any_bytes_are_a_table_or_refused_in_one_line(tmp_path_factory, content,
     folder = tmp_path_factory.mktemp("any")
     (folder / "a.png").touch()
     (folder / "table").write_bytes(content)
-    is_manifest(folder / "table")
+    kind_of(folder / "table")
     refused = ""
     try:
         list(read(folder / "table"))

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import fpmatch
-from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.gallery.listing.entry import PrintFile
 from fpmatch.gallery.tasks.enrol import enrol
 
 SAMPLES = Path(__file__).parents[3] / "sample_data"

@@ -25,9 +25,7 @@ from fpmatch.gallery.batch.plan import PairChunk
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import Label, NamePattern, entry_names
 from fpmatch.gallery.listing.folders import natural_key, prints_in
-from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.gallery.listing.manifest import read_manifest
-from fpmatch.gallery.listing.print_file import number_impressions
+from fpmatch.gallery.listing.manifest import kind_of, number_impressions, read_manifest
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.templates.minutiae import check_dpi
@@ -38,7 +36,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.entry import PrintFile
     from fpmatch.templates.minutiae import Template
 
 PROTOCOLS: Final = ("extended", "fvc")

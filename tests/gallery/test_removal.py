@@ -12,7 +12,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.search import Search
-from fpmatch.gallery.store.stored_template import pack_template
+from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
@@ -38,12 +38,13 @@ def random_entry(number, count=60):
 def secrets_of(entry):
     """Return all that must not be left of an entry."""
     names = (entry.label.subject.encode(), entry.source.encode(), entry.content)
-    return [pack_template(entry.template), *in_a_segment(entry), *names]
+    return [entry.template, *in_a_segment(entry), *names]
 
 
 def in_a_segment(entry):
     """Return what the index has of an entry, but what any print may have."""
-    arrays = Segment.build([1], [2**40], [MATCHER.prepare(entry.template)]).arrays()
+    prepared = MATCHER.prepare(unpack_template(entry.template))
+    arrays = Segment.build([1], [2**40], [prepared]).arrays()
     return [array.tobytes() for name, array in arrays.items() if name != "term_start"]
 
 

@@ -181,7 +181,7 @@ class GallerySource:
         with self._open() as gallery:
             self.place, self.title = gallery.name, csv_cell(gallery.name)
             self.content_hash = gallery.content_hash()
-            if not gallery.has_over(0):
+            if not len(gallery):
                 raise ScoringError(f"{self.place}: the gallery is empty")
             if names is None:
                 entries = list(gallery.entries())

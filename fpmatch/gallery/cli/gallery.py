@@ -45,9 +45,8 @@ def gallery() -> None:
 
 
 def _summary_text(name: str, counted: Mapping[str, Any]) -> str:
-    dpi = ", ".join(f"{one['impressions']} at {one['dpi']:g} dpi" for one in counted["dpi"])
-    rows = {**counted, "dpi": dpi or "none", "keys": ", ".join(counted["keys"]) or "none"}
-    lines = (f"  {key.replace('_', ' '):<16}{value}" for key, value in rows.items())
+    rows = {**counted, "keys": ", ".join(counted["keys"]) or "none"}
+    lines = (f"  {key:<16}{value}" for key, value in rows.items())
     return "\n".join([printable(name), *lines])
 
 
@@ -62,13 +61,13 @@ Examples:
 """,
 )
 @_ARGUMENT
-@click.option("--summary", is_flag=True, help="Print counts and sizes alone; an object as JSON.")
+@click.option("--summary", is_flag=True, help="Print counts alone; an object as JSON.")
 @click.option("--subject", metavar="NAME", help="List the impressions of this subject only.")
 @click.option("--failures", is_flag=True, help="List what could not be enrolled, and why.")
 @json_array_option
 @key_option
 def list_(gallery: str, summary: bool, subject: str | None, failures: bool, as_json: bool) -> None:
-    """List the impressions of GALLERY, what could not be enrolled, or its counts and sizes."""
+    """List the impressions of GALLERY, what could not be enrolled, or its counts."""
     from fpmatch.gallery.gallery import open_gallery
 
     if summary + failures + (subject is not None) > 1:

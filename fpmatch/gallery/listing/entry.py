@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.templates.minutiae import Template
-
 MOST_LETTERS: Final = 255
 """Of a subject, a finger or an impression."""
 _NAMES: Final = ("subject", "finger", "impression")
@@ -147,20 +145,10 @@ class EnrolmentRequest:
 
 @dataclass(frozen=True, slots=True)
 class NewEntry:
-    """An impression to be enrolled; `source` is the name of its file."""
+    """An impression to be enrolled; `fpmatch.gallery.store.rows.new_entry` makes one.
 
-    label: Label
-    source: str
-    content: bytes
-    template: Template
-
-
-@dataclass(frozen=True, slots=True)
-class PackedEntry:
-    """An impression to be enrolled whose template is packed, as a gallery stores it.
-
-    `content` is the SHA-256 of the file `source`; `dpi` and `minutiae`, their number, are those of
-    the template.
+    `content` is the SHA-256 of the file `source`; the `template` is packed, as a gallery stores it,
+    and `dpi` and `minutiae`, their number, are its own. Raises GalleryError as `Label.check` does.
     """
 
     label: Label
@@ -169,6 +157,9 @@ class PackedEntry:
     dpi: float
     minutiae: int
     template: bytes
+
+    def __post_init__(self) -> None:
+        self.label.check()
 
 
 @dataclass(frozen=True, slots=True)

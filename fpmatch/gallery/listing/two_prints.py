@@ -153,7 +153,7 @@ def _doubled_orientation(field: RidgeField) -> NDArray[np.complex128]:
 def _lines_beyond(cells: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return the first line beyond each cell (N, 2), in each direction: (24, N)."""
     turn = np.arange(DIRECTIONS)[:, None] * (np.pi / DIRECTIONS)
-    place = np.sin(turn) * cells[:, 1] + np.cos(turn) * cells[:, 0]
+    place: Floats = np.sin(turn) * cells[:, 1] + np.cos(turn) * cells[:, 0]
     return np.ceil(_PER_CELL * place + 1e-6).astype(np.intp)
 
 

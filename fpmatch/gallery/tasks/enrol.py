@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Final, TypeVar
 import sqlalchemy as sa
 
 from fpmatch.base.output import reason
-from fpmatch.errors import GalleryError, without_path
+from fpmatch.errors import GalleryError, TemplateError, without_path
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, attempt_each, no_progress
-from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, NamePattern, NewEntry
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, NamePattern
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
 from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.gallery.store.audit import ranges
-from fpmatch.gallery.store.rows import pack_entry
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.gallery.store.stored_template import is_unstated, unpack_template
 from fpmatch.gallery.store.tables import ENROLLED, ENTRY
 from fpmatch.gallery.tasks.consistency import find_unmatched
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.listing.entry import Label, PackedEntry, PrintFile
+    from fpmatch.gallery.listing.entry import Label, NewEntry, PrintFile
     from fpmatch.templates.minutiae import Template
 
     Requested = tuple[PrintFile, EnrolmentRequest]
@@ -89,13 +89,13 @@ class Enrolment:
         self.known += 1
         self._given.add(content)
 
-    def add(self, new: Sequence[PackedEntry]) -> None:
+    def add(self, new: Sequence[NewEntry]) -> None:
         """Enrol prints, and record the failures until now, in one transaction."""
         accepted = self._screen(new)
         failed, self._unsaved = self._unsaved, []
         if not (accepted or failed):
             return
-        conflicts = self._gallery.add_packed([entry for entry, *_ in accepted], failed)
+        conflicts = self._gallery.add([entry for entry, *_ in accepted], failed)
         for (entry, existed, unmatched), conflict in zip(accepted, conflicts, strict=True):
             if conflict is None:
                 self.enrolled += 1
@@ -106,7 +106,7 @@ class Enrolment:
             else:
                 self.failures.append(Failure(entry.source, str(conflict)))
 
-    def _screen(self, new: Sequence[PackedEntry]) -> list[tuple[PackedEntry, bool, str | None]]:
+    def _screen(self, new: Sequence[NewEntry]) -> list[tuple[NewEntry, bool, str | None]]:
         """Return the new prints that are not refused, in the order in which they are enrolled.
 
         With each is stated if its subject was enrolled before from files that were not given, and
@@ -115,7 +115,7 @@ class Enrolment:
         self._given.update(entry.content for entry in new)
         enrolled = self._gallery.entries_by_subject({entry.label.subject for entry in new})
         earlier: dict[Label, list[tuple[Label, Template]]] = {}
-        accepted: list[tuple[PackedEntry, bool, str | None]] = []
+        accepted: list[tuple[NewEntry, bool, str | None]] = []
         for entry in new:
             existing = enrolled.get(entry.label.subject, [])
             existed = any(other.content not in self._given for other in existing)
@@ -187,12 +187,11 @@ def enrol(
                         done.fail(source, without_path(attempt.reason, file.path))
                         continue
                     noted.append((file.path, made.all_notes))
-                    entry = NewEntry(request.label, source, request.content, made.template)
-                    packed = pack_entry(entry)
-                    if isinstance(packed, Failure):
-                        done.fail(source, packed.reason)
-                    else:
-                        new.append(packed)
+                    about = request.label, source, request.content
+                    try:
+                        new.append(new_entry(*about, made.template))
+                    except TemplateError as error:
+                        done.fail(source, str(error))
                 done.add(new)
                 report()
     done.add([])  # what has failed since

@@ -14,7 +14,7 @@ from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.gallery import Gallery
-from fpmatch.gallery.store.kept_files import PREPARED, delete_files, kept_files, kept_folders
+from fpmatch.gallery.store.kept_files import PREPARED, delete_files, kept_folders
 from fpmatch.gallery.store.rows import check_row, row_digest
 from fpmatch.gallery.store.sealing import set_key
 from fpmatch.gallery.store.tables import (
@@ -137,22 +137,16 @@ def rotate(gallery: Gallery, *, progress: Progress = no_progress) -> dict[str, A
     return {"key": target, "sealed": sealed, "damaged": damaged}
 
 
-def free_space(gallery: Gallery) -> dict[str, dict[str, int]]:
+def free_space(gallery: Gallery) -> None:
     """Rewrite the database without free space, and the index without removed prints.
 
-    Returns their bytes "before" and "after", of the "database" and of the "prepared" index. On
-    PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``. Raises GalleryError if
+    On PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``. Raises GalleryError if
     another program holds the gallery, the disk is full, or a file cannot be deleted; the gallery is
     as before.
     """
-    database = {"before": gallery.size()}
-    index = {"before": sum(path.stat().st_size for path in kept_files(gallery))}
     gallery.record("compact")
     gallery.vacuum()
     _erase_removed(gallery)
-    database["after"] = gallery.size()
-    index["after"] = sum(path.stat().st_size for path in kept_files(gallery))
-    return {"database": database, "prepared": index}
 
 
 def _erase_traces(gallery: Gallery, numbers: Collection[int]) -> None:

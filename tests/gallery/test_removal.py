@@ -1,6 +1,5 @@
 """After a removal nothing of the entry can be read in any file of the gallery."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -111,12 +110,10 @@ def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, r
         Search.open(gallery, engine=serial())
         unfinished(tmp_path / "g.db.prepared", random_entry(1))
         entries = list(gallery.entries())
-    sizes = json.loads(run("gallery", "rewrite", tmp_path / "g.db", "--json").stdout)
-    assert sizes["database"]["after"] == (tmp_path / "g.db").stat().st_size
-    assert sizes["database"]["after"] < sizes["database"]["before"] * 0.6
-    kept = [path.stat().st_size for path in (tmp_path / "g.db.prepared").iterdir()]
-    assert len(kept) == 1
-    assert sizes["prepared"]["after"] == sum(kept) < sizes["prepared"]["before"]
+    before = (tmp_path / "g.db").stat().st_size
+    assert run("gallery", "rewrite", tmp_path / "g.db").exit_code == 0
+    assert (tmp_path / "g.db").stat().st_size < before * 0.6
+    assert len(list((tmp_path / "g.db.prepared").iterdir())) == 1
     with open_gallery(tmp_path / "g.db") as gallery:
         assert list(gallery.entries()) == entries
         assert len(Search.open(gallery)) == 5

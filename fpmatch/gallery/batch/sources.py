@@ -101,21 +101,20 @@ def open_source(
     polarity: Polarity = "auto",
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
     pattern: NamePattern | None = None,
-    by_folder: bool = False,
     names: Collection[str] | None = None,
 ) -> PrintSource:
     """Open one side of `fpmatch score`; its prints are read later.
 
     The place is a folder of prints, a manifest, or a gallery: a file or the URL of a database, of
     which only the entries are read that have one of the `names`, if these are given. Of the files
-    of a folder, `dpi`, `pattern` and `by_folder` are as for
+    of a folder, `dpi` and `pattern` are as for
     `fpmatch.gallery.listing.prints.find_prints`, `polarity` and `reader` as for
     `fpmatch.image.folder_traits.find_traits`. Raises FpmatchError if there is no such
     folder or gallery, or nothing in it.
     """
     if kind_of(place) in {"gallery", "file"}:
         return GallerySource(place, names)
-    files = find_prints([place], dpi, pattern=pattern, by_folder=by_folder)
+    files = find_prints([place], dpi, pattern=pattern)
     return FolderSource(Path(place), files, dpi, polarity, reader)
 
 

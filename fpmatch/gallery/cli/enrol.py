@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.notes import say_notes, say_slow_kernels, show
 from fpmatch.cli.options import MIRROR, RECORD, json_option, reading_options
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.notes import notes_as_json, say_failures
 from fpmatch.gallery.cli.options import (
-    by_folder_option,
     check_where,
     key_option,
     places_argument,
@@ -66,7 +65,6 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 @click.argument("gallery")
 @places_argument("places", metavar="FILE|DIR|MANIFEST|GALLERY...")
 @click.option("--pattern", metavar="REGEX", help="Pattern of file names; see --help-all.")
-@by_folder_option
 @reading_options
 @RECORD
 @MIRROR
@@ -107,7 +105,6 @@ def enrol(
     gallery: str,
     places: tuple[str, ...],
     pattern: str | None,
-    by_folder: bool,
     dpi: float | None,
     polarity: Polarity,
     min_quality: int,
@@ -144,11 +141,11 @@ def enrol(
         load_keys()  # before any work
     galleries = [place for place in places if kind_of(place) == "gallery"]
     others = [place for place in places if place not in galleries]
-    if not others and (pattern is not None or by_folder or dpi is not None or min_quality):
-        why = "--pattern, --by-folder, --dpi and --min-quality are not for the entries of galleries"
+    if not others and (pattern is not None or dpi is not None or min_quality):
+        why = "--pattern, --dpi and --min-quality are not for the entries of galleries"
         raise click.UsageError(why)
     names = None if pattern is None else NamePattern(pattern)
-    prints = find_prints(others, dpi, pattern=names, by_folder=by_folder)
+    prints = find_prints(others, dpi, pattern=names)
     how: dict[str, Any] = {
         "polarity": polarity,
         "dpi": dpi,
@@ -180,10 +177,8 @@ def enrol(
                 into=done,
             )
         impressions, subjects = len(opened), opened.subjects()
-        name, private = opened.name, opened.private
+        name = opened.name
     seconds = time.perf_counter() - start
-    if private is False:
-        say_note(f"{name}: other users may read it; `chmod 600` makes it private")
     say_notes(done.noted)
     failed = [f"{one.source}: {one.reason}" for one in done.failures]
     say_failures(failed, f"; `fpmatch gallery list {name} --failures` shows all")

@@ -231,21 +231,18 @@ def rewrite(gallery: str, encrypt: bool, as_json: bool) -> int:
     from fpmatch.gallery.gallery import free_space, open_gallery, rotate
 
     with open_gallery(gallery) as opened, ProgressBars({"rotate": "encrypting"}) as bars:
-        name, damaged = opened.name, list[dict[str, Any]]()
+        name, text = opened.name, f"{opened.name}: rewritten"
+        document = dict[str, Any]()
         if encrypt:
-            document: dict[str, Any] = rotate(opened, progress=bars.show)
-            damaged, sealed = document["damaged"], count(document["sealed"], "template")
-            text = printable(f"{name}: encrypted with key {document['key']}; {sealed} rewritten")
+            document = rotate(opened, progress=bars.show)
+            sealed = count(document["sealed"], "template")
+            text = f"{name}: encrypted with key {document['key']}; {sealed} rewritten"
         else:
-            document = free_space(opened)
-            sizes = [
-                f"  {label.capitalize():<12}{size['after']} bytes, {size['before']} before"
-                for label, size in document.items()
-            ]
-            text = "\n".join([printable(name), *sizes])
+            free_space(opened)
+    damaged = document.get("damaged", [])
     for one in damaged:
         say_note(f"{name}: entry {one['id']}, left as it is: {one['reason']}")
-    show(json_text({"gallery": name, **document}) if as_json else text)
+    show(json_text({"gallery": name, **document}) if as_json else printable(text))
     return 1 if damaged else 0
 
 

@@ -76,7 +76,6 @@ def gather_impostors(
     progress: Progress = no_progress,
     reading: Reading = Reading(),  # noqa: B008
     pattern: str | NamePattern | None = None,
-    by_folder: bool = False,
     dpi: float | None = None,
 ) -> list[Trials]:
     """Return the impostor comparisons of files of scores, then of databases of prints.
@@ -105,7 +104,7 @@ def gather_impostors(
             )
         gathered += [one.impostors for one in choose_matcher(sets, chosen.name, file)]
     if places := [source for source in sources if source not in files]:
-        named = load_datasets(places, pattern=pattern, by_folder=by_folder)
+        named = load_datasets(places, pattern=pattern)
         how: dict[str, Any] = {"workers": workers, "progress": progress, "reading": reading}
         (report,) = evaluate_matchers([one.at(dpi) for one in named], [chosen], **how)
         gathered += report.impostors

@@ -8,6 +8,7 @@ from PIL import Image, ImageOps
 
 from fpmatch.gallery.batch import score as scoring
 from fpmatch.image.quality.polarity import INVERTED
+from fpmatch.prints.reading import ASSUMED_DPI
 from tests.conftest import copied, rows_of
 
 SAME = "fpmatch: note: 2 pairs of identical prints: 1_1.png with 1_1.png; 1_2.png with 1_2.png\n"
@@ -52,7 +53,7 @@ def test_failures_are_rows_lines_and_status_1(score, prints, pair, tmp_path):
     assert rows[3]["reason"].count("not an image of a known format") == 2
     note, identical, *failed = result.stderr.splitlines()
     assert note.startswith("fpmatch: note: ")
-    assert "untagged.tif: 500 dpi assumed" in note
+    assert f"untagged.tif: {ASSUMED_DPI}" in note
     assert identical == "fpmatch: note: 1 pair of identical prints: 1_1.png with untagged.tif"
     assert [line.split(": ")[3] for line in failed] == ["text.png", "truncated.png"]
     document = json.loads(result.stdout)

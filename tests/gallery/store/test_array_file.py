@@ -48,8 +48,7 @@ def small(tmp_path):
 
 
 @pytest.mark.parametrize("sizes", [(0, 0), (1, 0), (0, 1), (8, 64), (9, 200)])
-def test_arrays_come_back_as_they_were(tmp_path, monkeypatch, sizes):
-    monkeypatch.setattr(array_file, "READ_AT_ONCE", 64)
+def test_arrays_come_back_as_they_were(tmp_path, sizes):
     given_ = arrays_of(*sizes)
     write_arrays(tmp_path / "arrays", given_, COLUMNS, ABOUT)
     found = read_arrays(tmp_path / "arrays", COLUMNS, ABOUT)

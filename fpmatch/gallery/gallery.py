@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -14,7 +13,7 @@ from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.gallery import Gallery
-from fpmatch.gallery.store.kept_files import PREPARED, delete_files, kept_folders
+from fpmatch.gallery.store.kept_files import PREPARED, delete_files
 from fpmatch.gallery.store.rows import check_row, row_digest
 from fpmatch.gallery.store.sealing import set_key
 from fpmatch.gallery.store.tables import (
@@ -165,15 +164,12 @@ def _erase_traces(gallery: Gallery, numbers: Collection[int]) -> None:
 def _erase_removed(gallery: Gallery, numbers: Collection[int] | None = None) -> None:
     """Write the index anew where it has removed prints, some or all, and delete what is outdated.
 
-    Those are files of prepared prints, which version 0.2 made, and empty folders.
+    Those are files of prepared prints, which version 0.2 made.
     """
     from fpmatch.gallery.index.follow import erase_removed  # noqa: PLC0415  (imports matchers)
 
     erase_removed(gallery, numbers)
     delete_files(gallery, PREPARED)
-    for folder in kept_folders(gallery):
-        with suppress(OSError):
-            folder.rmdir()
 
 
 def _check_or_create(gallery: Gallery, *, create: bool, key_id: str) -> None:

@@ -134,9 +134,3 @@ def extractor(file):
         time.sleep(0.02)
     template = Template(Minutiae([len(words)], [1], [0]), 300, 300, file.dpi or 500.0)
     return ExtractedPrint(template, dpi_assumed=file.dpi is None and "untagged" in words)
-
-
-def finger_extractor(file):
-    """Make the print of the finger and impression whose numbers the picture begins with."""
-    finger, impression, *_ = map(int, file.path.read_text().split())
-    return ExtractedPrint(print_of(finger, impression))

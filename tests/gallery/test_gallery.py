@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 from made_prints import changed, entry_of, refused, scattered
+from sqlalchemy.engine.default import DefaultDialect
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import gallery as gallery_module
@@ -176,7 +177,8 @@ class TestSqlite:
         (tmp_path / "folder").mkdir()
         (tmp_path / "text").write_text("This is not a gallery, and longer than a header.\n")
         changed(tmp_path / "other", "CREATE TABLE mine (x)")
-        for name in ("folder", "text", "other"):
+        os.mkfifo(tmp_path / "pipe")
+        for name in ("folder", "text", "other", "pipe"):
             file = tmp_path / name
             before = file.read_bytes() if file.is_file() else b""
             error = refused(open_gallery, file, create=create, code="no gallery")
@@ -241,6 +243,18 @@ class TestSqlite:
             assert sum(1 for _ in gallery.templates()) == 60
             with pytest.raises(GalleryError, match="cannot be written: it, or its folder, is read"):
                 gallery.add([entry_of(100)])
+
+
+def test_an_interrupt_while_a_connection_closes_is_raised_and_not_logged(
+    gallery, monkeypatch, caplog
+):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(DefaultDialect, "do_close", interrupt)
+    with pytest.raises(KeyboardInterrupt), gallery.reading():
+        pass
+    assert not caplog.records
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from contextlib import ExitStack
 from dataclasses import asdict
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -131,7 +130,7 @@ def enrol(
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.gallery.listing.manifest import kind_of
-    from fpmatch.gallery.listing.prints import extract_print, find_prints, folder_reader
+    from fpmatch.gallery.listing.prints import find_prints
     from fpmatch.gallery.store.audit import switch
     from fpmatch.gallery.tasks import enrol as work
     from fpmatch.gallery.tasks.enrol import Enrolment
@@ -146,11 +145,6 @@ def enrol(
         raise click.UsageError(why)
     names = None if pattern is None else NamePattern(pattern)
     prints = find_prints(others, dpi, pattern=names)
-    how: dict[str, Any] = {
-        "polarity": polarity,
-        "dpi": dpi,
-        "reader": PrintReader(raw, quiet=True, record=record, mirror=mirror),
-    }
     if len(prints) > 1:
         say_slow_kernels()
     start = time.perf_counter()
@@ -158,8 +152,6 @@ def enrol(
         sources = [stack.enter_context(open_gallery(place)) for place in galleries]
         engine = stack.enter_context(make_engine(workers, scheduler))
         opened = stack.enter_context(open_gallery(gallery, create=True, encrypt=encrypt))
-        earlier = work.earlier_resolutions(opened, prints)
-        reader = folder_reader(prints, engine=engine, earlier=earlier, **how)
         bars = stack.enter_context(ProgressBars({"enrol": "enrolling"}))
         if audit:
             switch(opened, on=True)
@@ -172,9 +164,12 @@ def enrol(
                 prints,
                 pattern=names,
                 engine=engine,
-                extractor=partial(extract_print, reader=reader, min_quality=min_quality),
                 progress=bars.show,
                 into=done,
+                min_quality=min_quality,
+                polarity=polarity,
+                dpi=dpi,
+                reader=PrintReader(raw, quiet=True, record=record, mirror=mirror),
             )
         impressions, subjects = len(opened), opened.subjects()
         name = opened.name

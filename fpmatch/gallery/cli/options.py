@@ -17,10 +17,10 @@ def _use_key(ctx: click.Context, param: click.Parameter, value: str | None) -> N
     if value is None:
         return
     from fpmatch.errors import EncryptionError
-    from fpmatch.gallery.encryption.keys import KEY_VARIABLE, split_source
+    from fpmatch.gallery.encryption.keys import KEY_VARIABLE, path_of
 
     try:
-        split_source(value)
+        path_of(value)
     except EncryptionError as error:
         raise click.BadParameter(str(error)) from error
     os.environ[KEY_VARIABLE] = value
@@ -51,6 +51,6 @@ key_option: Final = click.option(
     expose_value=False,
     callback=_use_key,
     hidden=True,
-    help="Keys of encrypted galleries: file:PATH or env:NAME; see "
-    "fpmatch key --help.  [default: that of the environment variable FPMATCH_KEY]",
+    help="Keys of encrypted galleries, file:PATH; see fpmatch key --help.  [default: that of the "
+    "environment variable FPMATCH_KEY]",
 )

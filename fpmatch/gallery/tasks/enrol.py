@@ -9,7 +9,7 @@ from contextlib import closing
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import sqlalchemy as sa
 
@@ -149,6 +149,8 @@ def enrol(
     progress: Progress = no_progress,
     strict: bool = False,
     into: Enrolment | None = None,
+    min_quality: int = 0,
+    **reading: Any,
 ) -> Enrolment:
     """Enrol prints in a gallery, those that are not in it.
 
@@ -158,10 +160,11 @@ def enrol(
 
     The `pattern` gets the labels of prints without one from their paths (default: FVC's names).
     Templates are made on the `engine` (default: all cores), whose workers must see the files, by
-    the `extractor`, a function at the top of a module (default: `extract_print` with the reader of
-    `folder_reader`). `progress` is called with stage "enrol". If `strict`, prints are refused that
-    do not match the others of their finger, or are probably two prints in one. The prints are
-    counted `into` a run that was begun, or a new one, which is returned.
+    the `extractor`, a function at the top of a module (default: `extract_print` with `min_quality`
+    and the reader that `folder_reader` makes of the options `reading`). `progress` is called with
+    stage "enrol". If `strict`, prints are refused that do not match the others of their finger, or
+    are probably two prints in one. The prints are counted `into` a run that was begun, or a new
+    one, which is returned.
     """
     done = into or Enrolment(gallery, strict=strict)
     before = done.counted
@@ -175,8 +178,8 @@ def enrol(
     with engine or processes() as place:
         if extractor is None:
             earlier = earlier_resolutions(gallery, prints)
-            reader = folder_reader(prints, engine=place, earlier=earlier)
-            extractor = partial(extract_print, reader=reader)
+            reader = folder_reader(prints, engine=place, earlier=earlier, **reading)
+            extractor = partial(extract_print, reader=reader, min_quality=min_quality)
         requested = _requested(gallery, prints, pattern or NamePattern(), done, report)
         with closing(attempt_each(place, partial(_extract, extractor), requested)) as attempts:
             for batch in _batches(attempts):

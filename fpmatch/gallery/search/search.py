@@ -169,7 +169,7 @@ class Search:
         if state != self._state:
             gallery.check_keys()
             own = COMPILED and packs(self.matcher) and self.matcher.name == DEFAULT_MATCHER
-            self.preselected = own and gallery.has_over(EXHAUSTIVE_UP_TO)
+            self.preselected = own and len(gallery) > EXHAUSTIVE_UP_TO
             if self.preselected:
                 self._follow_index(gallery)
             else:

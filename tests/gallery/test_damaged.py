@@ -95,8 +95,7 @@ SOUND = [k for k in range(1, PRINTS + 1) if k != DAMAGED]
 def test_every_reader_skips_it(place, tmp_path):
     with open_gallery(place) as gallery:
         search = Search.open(gallery, engine=serial())
-        own = identify(search, scattered(DAMAGED, 30), listed="impressions").entries
-        assert sorted(entry.id for entry in own) == SOUND
+        assert identify(search, scattered(DAMAGED, 30)).compared == len(SOUND)
         assert list(gallery.damaged) == [DAMAGED]
         assert gallery.damaged[DAMAGED]
         for listed in ("fingers", "subjects"):

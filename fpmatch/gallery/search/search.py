@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from fpmatch.base.threads import available_cores
 from fpmatch.errors import FpmatchError, MatcherError, number_text
 from fpmatch.gallery.encryption.keys import KEY_VARIABLE
 from fpmatch.gallery.engine.engine import serial
@@ -21,7 +23,7 @@ from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import call_matcher, check_repeats, compare_prepared, named
+from fpmatch.matching.result import call_matcher, compare_prepared, named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -30,7 +32,6 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.encryption.keys import KeyRing
     from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.engine.in_threads import Threads
     from fpmatch.gallery.engine.workers import Progress
     from fpmatch.gallery.index.follow import GalleryIndex
     from fpmatch.gallery.search.identification import Candidate, SubjectCandidate
@@ -42,7 +43,7 @@ EXHAUSTIVE_UP_TO: Final = 2_000  # prints, which are all compared
 COMPARED_AT_ONCE: Final = 64  # prints that one thread compares before it takes others
 ENTRY: Final = "entry "  # before its number, in errors
 
-ListedAs = Literal["subjects", "fingers", "impressions"]
+ListedAs = Literal["subjects", "fingers"]
 EFFORTS: Final = (1, 2, 4)
 
 
@@ -59,9 +60,9 @@ class SearchOptions:
     by_chance : float
         Number of others that are expected to score as high by chance, under which a candidate is
         listed: of ``1 / by_chance`` searches without a mate, about one lists any.
-    listed : "subjects", "fingers" or "impressions"
-        What is a candidate: each subject once, by its best finger; each finger, by the score of its
-        impressions together (see `fpmatch.gallery.fingers.finger`); or each impression.
+    listed : "subjects" or "fingers"
+        What is a candidate: each subject once, by its best finger; or each finger, by the score of
+        its impressions together (see `fpmatch.gallery.fingers.finger`).
     calibration : Calibration, optional
         Turns similarities into scores (default: that of the package).
     transforms : bool
@@ -191,19 +192,12 @@ class Search:
             self._fingers = self.gallery.count_fingers()
         return self._fingers
 
-    def fingers_of(self, numbers: Sequence[int]) -> dict[str, dict[str, list[int]]]:
-        """Return the subjects of the entries of some numbers.
-
-        Of each all fingers, and of these the numbers of all entries; "" is a finger whose position
-        is not known.
-        """
-        subjects: dict[str, dict[str, list[int]]] = {}
-        for number, subject, finger in self.gallery.impressions_of_subjects(numbers):
-            subjects.setdefault(subject, {}).setdefault(finger, []).append(number)
-        return subjects
+    def threads(self, workers: int | None = None) -> ThreadPoolExecutor:
+        """Return threads to compare prints in: so many, by default one a core."""
+        return ThreadPoolExecutor(available_cores() if workers is None else workers)
 
     def compare(
-        self, probe: Any, options: SearchOptions, threads: Threads
+        self, probe: Any, options: SearchOptions, threads: ThreadPoolExecutor
     ) -> tuple[Similarity, tuple[int, ...]]:
         """Compare a probe, which the matcher prepared, with the prints that may be its mates.
 
@@ -216,20 +210,22 @@ class Search:
         chosen, passed_on = shortlist(self._index, probe, options.effort, options.count, threads)
         return self.compare_some(probe, chosen, threads), passed_on
 
-    def compare_some(self, probe: Any, numbers: Sequence[int], threads: Threads) -> Similarity:
+    def compare_some(
+        self, probe: Any, numbers: Sequence[int], threads: ThreadPoolExecutor
+    ) -> Similarity:
         """Compare a probe with the prints of some entries; those that are gone are left out."""
         if self.preselected:
             rows = sorted(self.gallery.packed_templates(of=numbers))
-            there, work = [n for n, _ in rows], partial(_compare_stored, self.matcher)
+            there, work = [n for n, _ in rows], partial(_compare_stored, self.matcher, probe)
             chunks: Any = _chunks(rows)
         else:
             places = np.flatnonzero(np.isin(self.numbers, numbers)).tolist()
             there = self.numbers[places].tolist()
             if not packs(self.matcher):
                 return self._compare_one_by_one(probe, there)
-            work = partial(_compare_prepared, self.matcher, self._together)
+            work = partial(_compare_prepared, self.matcher, self._together, probe)
             chunks = _chunks(places)
-        parts = threads.map(work, probe, chunks)
+        parts = threads.map(work, chunks)
         return dict(zip(there, np.concatenate([np.empty(0), *parts]).tolist(), strict=True))
 
     def print_of(self, number: int) -> Any:
@@ -282,8 +278,6 @@ class Search:
             for number in numbers:
                 compared = compare_prepared(self.matcher, probe, self.print_of(number))
                 similarity[number] = compared.similarity
-            if numbers:
-                check_repeats(self.matcher, probe, self.print_of(number), similarity[number])
         except MatcherError as error:
             raise named(error, f"{ENTRY}{number}") from error
         return similarity

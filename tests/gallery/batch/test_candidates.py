@@ -30,7 +30,6 @@ OPTIONS = {
     "usual": SearchOptions(listed="subjects", count=3),
     "over a threshold": SearchOptions(listed="subjects", count=2, threshold=1.0),
     "fingers": SearchOptions(listed="fingers", count=4),
-    "impressions": SearchOptions(listed="impressions"),
 }
 
 

@@ -44,11 +44,6 @@ def test_a_worker_keeps_its_copy_of_what_is_shared(engine):
     assert 1 <= len(seen) <= 2
 
 
-def test_a_worker_without_the_task_is_sent_it_again(engine, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.engine.engine.CHUNKS_IN_FLIGHT", 0.5)  # sent once
-    assert list(engine.map(chunk_work.add, 1, range(20))) == list(range(1, 21))
-
-
 def test_an_error_of_the_work_comes_through(engine):
     with pytest.raises(ImageError, match="too small"):
         list(engine.map(chunk_work.fail, ImageError("too small"), range(3)))

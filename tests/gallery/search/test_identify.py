@@ -78,7 +78,6 @@ def test_a_subject_is_a_candidate_once_by_its_best_finger(gallery):
     assert found(listed="subjects") == [4, 3]
     assert found(listed="subjects", count=1) == [4]
     assert found() == [4, 3, 1]
-    assert found(listed="impressions") == [4, 2, 3, 1]
     once, each = (identify_at(search, 50, **o).candidates for o in ({"listed": "subjects"}, {}))
     assert once == each[:2]
 
@@ -180,11 +179,3 @@ def test_a_finger_comes_once_by_the_score_of_its_impressions(fingers):
     assert finger.score == pytest.approx(fused_score([58.0, 100.0, 97.0]))
     assert (finger.similarity, finger.impression_score) == (100.0, 100.0)
     assert finger.expected_false == pytest.approx(3 * finger.fmr)
-
-
-def test_impressions_can_be_listed_by_themselves(fingers):
-    found = identify_at(fingers, 52, listed="impressions")
-    assert numbers_of(found) == [3, 2, 5, 4, 1]
-    assert [c.score for c in found.candidates] == [100.0, 98.0, 97.0, 62.0, 58.0]
-    assert found.candidates[0].expected_false == pytest.approx(5e-10)
-    assert numbers_of(identify_at(fingers, 52, count=2)) == [2, 3]

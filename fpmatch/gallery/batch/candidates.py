@@ -188,14 +188,16 @@ def _identify(
     audited = gallery.keeps_audit()
     before = [sha256_of(Path(path)) if audited else None for path in names]
 
-    def opened(templates: Iterator[StoredTemplate]) -> Iterator[Template | None]:
-        for stored in templates:
+    def opened(
+        templates: Iterator[StoredTemplate],
+    ) -> Iterator[tuple[str, Template | None]]:
+        for name, stored in zip(names, templates, strict=True):
             pending.append(stored)
-            yield None if stored.data is None else unpack(stored.data)
+            yield name, None if stored.data is None else unpack(stored.data)
 
     with (
         closing(probes.templates(engine, range(start, len(probes.paths)))) as templates,
-        closing(identify_each(search, opened(templates), options, engine, names)) as outcomes,
+        closing(identify_each(search, opened(templates), options, engine)) as outcomes,
     ):
         for path, content, outcome in zip(names, before, outcomes, strict=True):
             if outcome is not None and audited:

@@ -203,7 +203,10 @@ class Unfinished:
 
         `report` is called with the number of those that are, and of all.
         """
-        start, saved_at = len(self.column(side, "number")), time.monotonic()
+        query = "SELECT COUNT(*) FROM item WHERE side = ?"
+        with self._writing():
+            (start,) = self._database.execute(query, [side]).fetchone()
+        saved_at = time.monotonic()
         report(start, len(numbers))
         missing = numbers[start:]
         if not missing:
@@ -230,14 +233,17 @@ class Unfinished:
         query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
         self._database.execute(query, (side, number, data, *beside))
 
-    def prints(self, side: str, numbers: Sequence[int]) -> dict[int, StoredTemplate]:
-        """Return some stored prints of a side, by number."""
-        which = ",".join(map(str, numbers))
-        query = f"SELECT * FROM item WHERE side = ? AND number IN ({which})"
+    def prints(self, side: str, numbers: Sequence[int] | None = None) -> dict[int, StoredTemplate]:
+        """Return stored prints of a side, by number: some, or all of them without their data."""
+        data, which = "NULL", "1"
+        if numbers is not None:
+            data, which = "data", f"number IN ({','.join(map(str, numbers))})"
+        columns = f"number, {data}, reason, dpi_assumed, notes, quality, digest"
+        query = f"SELECT {columns} FROM item WHERE side = ? AND {which} ORDER BY number"
         with self._writing():
             rows = self._database.execute(query, [side]).fetchall()
         prints = {}
-        for _, number, data, why, dpi_assumed, notes, quality, digest in rows:
+        for number, data, why, dpi_assumed, notes, quality, digest in rows:
             known = why, bool(dpi_assumed), tuple(json.loads(notes)), quality, digest
             prints[number] = StoredTemplate(self._unsealed(side, number, data), *known)
         return prints
@@ -250,12 +256,6 @@ class Unfinished:
             return unseal(keys, data, purpose=_PURPOSE, bound=_place(side, number))
         except EncryptionError as error:
             raise ScoringError(f"{self.folder}: {error}", code=error.code) from error
-
-    def column(self, side: str, column: str, which: str = "1") -> dict[int, Any]:
-        """Return a column of those prints of a side for which a condition holds, by number."""
-        query = f"SELECT number, {column} FROM item WHERE side = ? AND {which} ORDER BY number"
-        with self._writing():
-            return dict(self._database.execute(query, [side]).fetchall())
 
     def _damaged(self) -> ScoringError:
         return ScoringError(f"{self.folder}: damaged; delete the folder and start again")

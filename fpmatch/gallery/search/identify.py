@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from collections import Counter
 from contextlib import closing
 from dataclasses import replace
@@ -13,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.fingers.finger import fused_scores
 from fpmatch.gallery.search.identification import (
     RIVALS,
@@ -29,7 +27,7 @@ from fpmatch.matching.result import call_matcher, compare_prepared, named
 from fpmatch.prints.pair import FIRST_SHARE, other_resolutions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Generator, Iterable
     from concurrent.futures import ThreadPoolExecutor
 
     from fpmatch.gallery.engine.engine import Engine
@@ -136,52 +134,35 @@ def _best(result: Identification) -> float:
 
 def identify_each(
     search: Search,
-    probes: Iterable[Template | None],
+    probes: Iterable[tuple[str, Template | None]],
     options: SearchOptions,
     engine: Engine,
-    names: Sequence[str] = (),
 ) -> Generator[Identification | None, None, None]:
-    """Identify many probes with the workers of an engine, which is entered; None for no probe.
+    """Identify probes, given with their names, with an engine that is entered; None for no probe.
 
     Each worker opens the gallery: it must see its file or its server, and have its keys. Probes are
-    drawn as they are needed. An error of a plug-in has their `names`.
+    drawn as they are needed. An error of a plug-in has the name of the probe.
     """
-    try:
-        pickle.dumps(search.matcher)
-    except (AttributeError, TypeError, pickle.PicklingError):
-        engine = serial()
-
-    def batches() -> Iterator[_Batch]:
-        left, first = iter(probes), 0
-        while batch := list(islice(left, BATCH)):
-            yield _Batch(batch, names[first : first + BATCH])
-            first += BATCH
-
-    with closing(engine.map(_identify_batch, (search, options), batches())) as results:
+    left = iter(probes)
+    batches = iter(lambda: list(islice(left, BATCH)), [])
+    with closing(engine.map(_identify_batch, (search, options), batches)) as results:
         for outcomes, damaged in results:
             search.gallery.damaged |= damaged
             yield from outcomes
 
 
-class _Batch(NamedTuple):
-    probes: Sequence[Template | None]
-    names: Sequence[str]
-
-
 def _identify_batch(
-    shared: tuple[Search, SearchOptions], batch: _Batch
+    shared: tuple[Search, SearchOptions], batch: list[tuple[str, Template | None]]
 ) -> tuple[list[Identification | None], dict[int, str]]:
     """Return the outcomes for some probes, and the entries that are damaged."""
     search, options = shared
     outcomes: list[Identification | None] = []
-    for k, probe in enumerate(batch.probes):
+    for name, probe in batch:
         try:
-            outcome = None
-            if probe is not None:
-                outcome = identify(search, probe, options, workers=1)
+            outcome = None if probe is None else identify(search, probe, options, workers=1)
             outcomes.append(outcome)
         except MatcherError as error:
-            raise named(error, *batch.names[k : k + 1]) from error
+            raise named(error, name) from error
     return outcomes, dict(search.gallery.damaged)
 
 

@@ -1,7 +1,7 @@
 """Engines: where the chunks of a batch are worked on.
 
-`serial` works in this process, `processes` in several on this machine; `make_engine` also returns
-an engine of a Dask cluster that is already running. With every engine the results come in the
+`serial` works in this process; `make_engine` returns one of several on this machine, or of a Dask
+cluster that is already running. With every engine the results come in the
 order of the chunks and are the same to the last bit.
 """
 
@@ -160,29 +160,24 @@ def serial() -> Engine:
     return Engine()
 
 
-def processes(workers: int | None = None) -> Engine:
-    """Return the engine of several processes on this machine.
+def make_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
+    """Return the engine of several processes of this machine, or of a Dask cluster.
 
-    They start with the block of the engine as a context manager, or with a `map`, and end with it.
-    There are `workers` of them (default: one a core); 1 works in this process, and less is a
-    ValueError.
+    Processes start with the block of the engine as a context manager, or with a `map`, and end with
+    it. There are `workers` of them (default: one a core); 1 works in this process.
+
+    With a `scheduler`, the address of a cluster's, as ``tcp://host:8786``, its workers may join and
+    leave; what a lost one had is computed again by another. They need the same version of fpmatch,
+    but none of the files. On entering, EngineError is raised if Dask is not installed (extra
+    ``fpmatch[dask]``), or no scheduler answers.
+
+    Less than one worker, or workers and a scheduler, are a ValueError.
     """
+    if scheduler is not None:
+        if workers is not None:
+            raise ValueError("give workers or a scheduler, not both")
+        return Engine(partial(open_cluster, scheduler))
     count = available_cores() if workers is None else workers
     if count < 1:
         raise ValueError(f"workers must be at least 1, not {count}")
     return Engine(None if count == 1 else partial(open_processes, count))
-
-
-def make_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
-    """Return the engine of a Dask cluster if there is a scheduler, else `processes`.
-
-    `scheduler` is its address, as ``tcp://host:8786``. Workers may join and leave; what a lost
-    worker had is computed again by another. They need the same version of fpmatch, but none of the
-    files. On entering, EngineError is raised if Dask is not installed (extra ``fpmatch[dask]``), or
-    no scheduler answers. Workers and a scheduler are a ValueError.
-    """
-    if scheduler is None:
-        return processes(workers)
-    if workers is not None:
-        raise ValueError("give workers or a scheduler, not both")
-    return Engine(partial(open_cluster, scheduler))

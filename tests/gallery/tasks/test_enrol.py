@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from made_prints import extractor, finger_extractor
 
-from fpmatch.gallery.engine.engine import processes, serial
+from fpmatch.gallery.engine.engine import make_engine, serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Failure
 from fpmatch.gallery.listing.prints import find_prints
@@ -81,7 +81,7 @@ def test_any_number_of_workers_gives_the_same_gallery(folder, tmp_path):
     contents = []
     for workers in (1, 2):
         with open_gallery(tmp_path / f"{workers}.db", create=True) as gallery:
-            enrol(gallery, folder, engine=processes(workers))
+            enrol(gallery, folder, engine=make_engine(workers))
             contents.append((list(gallery.entries()), list(gallery.packed_templates())))
     assert contents[0] == contents[1]
 
@@ -99,7 +99,7 @@ def test_resolutions_may_differ_and_are_told_apart(gallery, folder):
 RUN = """
 import sys
 import made_prints
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.tasks import enrol
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.prints import find_prints
@@ -107,7 +107,7 @@ enrol.PRINTS_PER_COMMIT = 8
 if __name__ == "__main__":
     with open_gallery(sys.argv[1], create=True) as gallery:
         tell = lambda stage, done, total: print(done, flush=True)
-        enrol.enrol(gallery, find_prints(sys.argv[2:]), engine=processes(1),
+        enrol.enrol(gallery, find_prints(sys.argv[2:]), engine=make_engine(1),
                     extractor=made_prints.extractor, progress=tell)
 """
 

@@ -213,7 +213,6 @@ def identify_to_file(
     try:
         with run.opened(identify="searching") as (gallery, search, content, bars):
             done = write_candidates(
-                gallery,
                 search,
                 FolderSource(above, files, run.dpi, "auto", PrintReader(quiet=True)),
                 output,

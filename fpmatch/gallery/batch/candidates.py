@@ -86,20 +86,18 @@ def write_candidates(
     output: str | os.PathLike[str],
     options: SearchOptions,
     *,
-    content: str,
     engine: Engine | None = None,
     progress: Progress = no_progress,
-    once: bool = False,
 ) -> SearchSummary:
     """Search for many probes and write their candidates.
 
     The file is the same, byte by byte, with every engine and however often the run was
-    interrupted; its state is kept beside the output until that is complete.
+    interrupted; its state is kept beside the output until that is complete. A finished run is
+    remembered in the user's cache; where its output is there as it was written, nothing is done.
 
-    The audit of the searched gallery, if it keeps one, records each search, and `content` is the
-    gallery's `content_hash` from before the search was opened: a run of another content is not
-    resumed. The `engine` is entered here (default: this process); `progress` is called with stage
-    "identify" and numbers of probes; `once` is as for `fpmatch.gallery.batch.score.score`.
+    The audit of the searched gallery, if it keeps one, records each search; a run of another
+    content is not resumed. The `engine` is entered here (default: this process); `progress` is
+    called with stage "identify" and numbers of probes.
 
     Raises ScoringError if a different run of this output is unfinished; OutputError if the output
     cannot be written; MatcherError as `fpmatch.gallery.search.identify.identify`; other
@@ -120,12 +118,12 @@ def write_candidates(
         "list": repr((options.listed, options.transforms)),
         "effort": repr(options.effort if search.preselected else None),
         "gallery": gallery.name,
-        "content of the gallery": content,
+        "content of the gallery": search.content,
         "set of probes": probes.content_hash,
         "paths of the probes": hashlib.sha256(repr(probes.paths).encode()).hexdigest(),
     }
     total = len(probes.paths)
-    if once and (end := finished_before(target, run)) is not None:
+    if (end := finished_before(target, run)) is not None:
         return SearchSummary(target, total, end.rows, end.pairs, end.failed, (), {}, 0.0)
     as_lines = _json_lines if is_json_lines(target) else _csv_lines
     failures: list[tuple[str, str]] = []
@@ -145,8 +143,7 @@ def write_candidates(
         header = b"" if is_json_lines(target) else csv_lines([COLUMNS])
         report = partial(progress, IDENTIFY)
         start, end = unfinished.write(header, rows_from, lambda at: report(at.pairs, total))
-    if once:
-        remember(target, run, end)
+    remember(target, run, end)
     return SearchSummary(
         output=target,
         probes=total,

@@ -115,7 +115,8 @@ class Search:
     More than `EXHAUSTIVE_UP_TO` prints are indexed, for the default matcher, and few of them are
     compared with a probe: the search is `preselected`. Else all are, prepared in memory. `numbers`
     has the numbers of the entries of the prints, ascending; entries that are `damaged` are not
-    among them. In another process the gallery is opened again, by its name.
+    among them. `content` is the `content_hash` of the gallery when it was read. In another process
+    the gallery is opened again, by its name.
     """
 
     def __init__(
@@ -131,7 +132,7 @@ class Search:
         self.damaged: Collection[int] = ()
         self.preselected = False
         self._engine, self._progress, self._note = engine, progress, note
-        self._state = ""
+        self.content = ""
         self._fingers: int | None = None
         self._index: GalleryIndex | None = None
         self._prepared: dict[int, tuple[int, Any]] = {}  # digests and prints, by number
@@ -167,7 +168,7 @@ class Search:
         """
         gallery = self.gallery if gallery is None else gallery
         state = gallery.content_hash()
-        if state != self._state:
+        if state != self.content:
             gallery.check_keys()
             own = COMPILED and packs(self.matcher) and self.matcher.name == DEFAULT_MATCHER
             self.preselected = own and gallery.has_over(EXHAUSTIVE_UP_TO)
@@ -175,7 +176,7 @@ class Search:
                 self._follow_index(gallery)
             else:
                 self._prepare(gallery)
-            self._state, self._fingers = state, None
+            self.content, self._fingers = state, None
         self.gallery = gallery
 
     def __len__(self) -> int:

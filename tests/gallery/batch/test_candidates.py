@@ -68,9 +68,9 @@ def small_batches(monkeypatch):
 
 
 def run(gallery, folder, output, options=OPTIONS["usual"], engine=None, **more):
-    content, search = gallery.content_hash(), Search.open(gallery)
+    search = Search.open(gallery)
     source = FolderSource(folder, find_prints([folder]), None, "auto", None)
-    done = write_candidates(search, source, output, options, content=content, engine=engine, **more)
+    done = write_candidates(search, source, output, options, engine=engine, **more)
     return done, output.read_bytes()
 
 

@@ -94,7 +94,7 @@ SOUND = [k for k in range(1, PRINTS + 1) if k != DAMAGED]
 
 def test_every_reader_skips_it(place, tmp_path):
     with open_gallery(place) as gallery:
-        search = Search.open(gallery, engine=serial())
+        search = Search(gallery, engine=serial())
         assert identify(search, scattered(DAMAGED, 30)).compared == len(SOUND)
         assert list(gallery.damaged) == [DAMAGED]
         assert gallery.damaged[DAMAGED]
@@ -178,5 +178,5 @@ def test_no_change_of_a_stored_template_stops_a_search(tmp_path_factory, data):
     at, bit = data.draw(st.integers(0, len(GOOD) - 1)), data.draw(st.integers(0, 7))
     mutate(place, "template", flipped(GOOD, at, 1 << bit))
     with open_gallery(place) as gallery:
-        assert Search.open(gallery, FAKE).numbers.tolist() == SOUND
+        assert Search(gallery, FAKE).numbers.tolist() == SOUND
         assert list(gallery.damaged) == [DAMAGED]

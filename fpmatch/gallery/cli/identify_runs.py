@@ -59,7 +59,7 @@ class Run:
         with open_gallery(self.gallery) as gallery, bars:
             engine = make_engine(self.workers, self.scheduler)
             how: dict[str, Any] = {"progress": bars.show, "note": say_note}
-            search = Search.open(gallery, self.matcher, engine=engine, **how)
+            search = Search(gallery, self.matcher, engine=engine, **how)
             bars.close()
             yield gallery, search, bars
         say_damaged(gallery.name, gallery.damaged)

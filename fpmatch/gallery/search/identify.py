@@ -72,7 +72,7 @@ def identify(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with open_gallery(Path(folder, "gallery.db"), create=True) as gallery:
     ...         _ = gallery.add([NewEntry(Label("ada"), "ada.tif", bytes(32), template)])
-    ...         result = identify(Search.open(gallery), template)
+    ...         result = identify(Search(gallery), template)
     >>> result.compared, result.candidates[0].number, result.entries[0].label.subject
     (1, 1, 'ada')
     """

@@ -110,55 +110,41 @@ Similarity = dict[int, float]
 
 
 class Search:
-    """Search an open gallery, as `open` returns it.
+    """Search an open gallery.
 
     More than `EXHAUSTIVE_UP_TO` prints are indexed, for the default matcher, and few of them are
     compared with a probe: the search is `preselected`. Else all are, prepared in memory. `numbers`
     has the numbers of the entries of the prints, ascending; entries that are `damaged` are not
     among them. `content` is the `content_hash` of the gallery when it was read. In another process
     the gallery is opened again, by its name.
+
+    The `engine` prepares prints of an index (default: all cores); `progress` is called with stage
+    "prepare" and numbers of prints, and `note` with a line on files that cannot be used, and are
+    built again (default: a RuntimeWarning). Raises GalleryError if the gallery cannot be read;
+    MatcherError if the matcher is unknown.
     """
 
     def __init__(
         self,
-        matcher: Matcher,
-        engine: Engine | None,
-        progress: Progress,
-        note: Callable[[str], object],
-    ) -> None:
-        self.matcher = matcher
-        self.gallery: Gallery
-        self.numbers = np.empty(0, np.int64)
-        self.damaged: Collection[int] = ()
-        self.preselected = False
-        self._engine, self._progress, self._note = engine, progress, note
-        self.content = ""
-        self._fingers: int | None = None
-        self._index: GalleryIndex | None = None
-        self._prepared: dict[int, tuple[int, Any]] = {}  # digests and prints, by number
-        self._together = PreparedPrints([])  # the same prints, where the matcher packs them
-
-    @classmethod
-    def open(
-        cls,
         gallery: Gallery,
         matcher: str | Matcher = DEFAULT_MATCHER,
         *,
         engine: Engine | None = None,
         progress: Progress = no_progress,
         note: Callable[[str], object] | None = None,
-    ) -> Search:
-        """Prepare the prints that are in a gallery now.
-
-        The `engine` prepares prints of an index (default: all cores); `progress` is called with
-        stage "prepare" and numbers of prints, and `note` with a line on files that cannot be used,
-        and are built again (default: a RuntimeWarning). Raises GalleryError if the gallery cannot
-        be read; MatcherError if the matcher is unknown.
-        """
-        chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-        search = cls(chosen, engine, progress, note or _warn)
-        search.follow(gallery)
-        return search
+    ) -> None:
+        self.matcher = get_matcher(matcher) if isinstance(matcher, str) else matcher
+        self.gallery = gallery
+        self.numbers = np.empty(0, np.int64)
+        self.damaged: Collection[int] = ()
+        self.preselected = False
+        self.content = ""
+        self._engine, self._progress, self._note = engine, progress, note or _warn
+        self._fingers: int | None = None
+        self._index: GalleryIndex | None = None
+        self._prepared: dict[int, tuple[int, Any]] = {}  # digests and prints, by number
+        self._together = PreparedPrints([])  # the same prints, where the matcher packs them
+        self.follow()
 
     def follow(self, gallery: Gallery | None = None) -> None:
         """Search what is in the gallery now, which may have been opened again.
@@ -285,11 +271,11 @@ class Search:
 
 
 def _open_again(where: str, key: KeyRing | str | None, matcher: Matcher) -> Search:
-    return Search.open(open_gallery(where, key=key), matcher, engine=serial())
+    return Search(open_gallery(where, key=key), matcher, engine=serial())
 
 
 def _warn(text: str) -> None:
-    """Warn the caller of `Search.open`."""
+    """Warn the caller of `Search`."""
     warnings.warn(text, RuntimeWarning, stacklevel=8)
 
 

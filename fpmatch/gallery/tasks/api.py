@@ -97,7 +97,7 @@ def identify(
         given = given_print(probe, dpi=dpi)
     how: dict[str, Any] = {"count": count, "threshold": threshold, "effort": effort}
     with _opened(gallery) as opened:
-        search = Search.open(opened, matcher, engine=make_engine(workers))
+        search = Search(opened, matcher, engine=make_engine(workers))
         _, result = identify_given(search, given, workers=workers, **how)
         for number, why in opened.damaged.items():
             warnings.warn(f"{opened.name}: entry {number} is skipped: {why}", stacklevel=2)

@@ -110,7 +110,7 @@ def candidates(
     """Return the candidates of the probe in a gallery, as a search states them, and notes."""
     notes: list[str] = []
     with patch.object(type(gallery), "has_over", lambda *_: indexed):
-        search = Search.open(gallery, engine=serial(), note=notes.append)
+        search = Search(gallery, engine=serial(), note=notes.append)
     found = identify(search, templates()[PROBE], count=10)
     notes += [f"entry {number}: {why}" for number, why in gallery.damaged.items()]
     return [

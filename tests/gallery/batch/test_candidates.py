@@ -68,7 +68,7 @@ def small_batches(monkeypatch):
 
 
 def run(gallery, folder, output, options=OPTIONS["usual"], engine=None, **more):
-    search = Search.open(gallery)
+    search = Search(gallery)
     source = FolderSource(folder, find_prints([folder]), None, "auto", None)
     done = write_candidates(search, source, output, options, engine=engine, **more)
     return done, output.read_bytes()
@@ -82,7 +82,7 @@ def test_rows_are_the_candidates_of_single_searches(gallery, probes, tmp_path, o
     assert content.startswith((",".join(COLUMNS) + "\n").encode())
     assert (done.probes, done.failed, done.resumed, done.rows) == (12, 2, 0, len(rows))
     assert [Path(path).name for path, _ in done.failures] == ["a=1.json", "broken.json"]
-    search = Search.open(gallery)
+    search = Search(gallery)
     for k in range(10):
         result = identify(search, scattered(k, 12 + k), options)
         found = [row for row in rows if Path(row["probe"]).name == f"{k}.json"]
@@ -112,7 +112,7 @@ def test_json_lines_have_a_document_for_each_probe(gallery, probes, tmp_path):
     done, content = run(gallery, probes, tmp_path / "c.jsonl", options)
     documents = {Path(one["probe"]).name: one for one in map(json.loads, content.splitlines())}
     assert (done.probes, done.failed, done.rows, len(documents)) == (12, 2, 12, 12)
-    search = Search.open(gallery)
+    search = Search(gallery)
     about = {"gallery": gallery.name, "matcher": search.matcher.name, "listed": "subjects"}
     for k in range(10):
         result = identify(search, scattered(k, 12 + k), options)

@@ -35,7 +35,7 @@ def fill(gallery):
 
     def made(*numbers, **options):
         gallery.add(entries_of(*map(template_at, numbers), **options))
-        return Search.open(gallery, FAKE)
+        return Search(gallery, FAKE)
 
     return made
 
@@ -70,7 +70,7 @@ def test_a_subject_is_a_candidate_once_by_its_best_finger(gallery):
         for entry, label in zip(entries_of(*templates), labels, strict=True)
     ]
     gallery.add(entries)
-    search = Search.open(gallery, FAKE)
+    search = Search(gallery, FAKE)
 
     def found(**options):
         return numbers_of(identify_at(search, 50, **options))
@@ -102,12 +102,12 @@ def test_what_is_out_of_range_is_refused(fill, wrong):
 def test_unknown_matchers_are_refused(gallery):
     gallery.add(entries_of(template_at(1)))
     with pytest.raises(MatcherError, match="unknown matcher"):
-        Search.open(gallery, "nobody")
+        Search(gallery, "nobody")
 
 
 def test_scores_are_those_of_verify_on_the_enrolled_templates(gallery, template):
     gallery.add(entries_of(template))
-    result = identify(Search.open(gallery), template, transforms=True)
+    result = identify(Search(gallery), template, transforms=True)
     expected = verify(template, gallery.template(1))
     (candidate,) = result.candidates
     assert (candidate.score, candidate.fmr) == (expected.score, expected.fmr)
@@ -119,7 +119,7 @@ def test_scores_are_those_of_verify_on_the_enrolled_templates(gallery, template)
 def search(gallery):
     """Return a search of 12 prints, whose numbers are those of their seeds."""
     gallery.add(entries_of(*map(scattered, range(1, 13))))
-    return Search.open(gallery, engine=serial())
+    return Search(gallery, engine=serial())
 
 
 def test_chance_is_measured_by_the_fifth_best_of_the_others():

@@ -47,7 +47,7 @@ def large(gallery):
 
 
 def opened(gallery, **options):
-    return Search.open(gallery, engine=serial(), note=pytest.fail, **options)
+    return Search(gallery, engine=serial(), note=pytest.fail, **options)
 
 
 def best(search, number):

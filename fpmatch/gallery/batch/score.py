@@ -117,7 +117,7 @@ def score(
     interrupted; its state is kept beside the output until that is complete.
 
     The sides are folders of prints, manifests or galleries, and `reading`, as ``dpi=500``, is as
-    for `open_source`. The output is a ``.csv`` or ``.parquet`` file. The `pairs` come from a
+    for `open_source`. The output is a ``.csv`` file. The `pairs` come from a
     list (see `ListedPairs`) or all (see `AllPairs`). Only rows whose score, by the
     `calibration` (default: the package's own for the matcher), reaches the `threshold` are kept,
     and those without a score. The `engine` is entered here (default: this process); `progress`

@@ -23,7 +23,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from fpmatch.base.folders import create_private, make_private
 from fpmatch.base.output import atomic_write_bytes, make_missing, reason
 from fpmatch.errors import EncryptionError, OutputError, ScoringError
-from fpmatch.gallery.batch.score_file import convert_to_parquet, is_parquet
 from fpmatch.gallery.batch.sources import StoredTemplate
 from fpmatch.gallery.encryption.keys import given_source, load_keys
 from fpmatch.gallery.encryption.records import is_sealed, key_id_of, seal, unseal
@@ -182,13 +181,8 @@ class Unfinished:
 
     def _finish(self) -> None:
         """Put the file in place, and delete the state."""
-        rows = self._rows_file
         with self._writing():
-            if is_parquet(self.output):
-                rows = rows.with_suffix(self.output.suffix)
-                convert_to_parquet(self._rows_file, rows)
-            make_private(rows)
-            rows.replace(self.output)
+            self._rows_file.replace(self.output)
             self._database.close()
             shutil.rmtree(self.folder)
 

@@ -76,7 +76,7 @@ Interrupted:
 Examples:
   fpmatch score --references enrolled --probes seized -o scores.csv
   fpmatch score --references prints.db --probes seized -o hits.csv --threshold 40
-  fpmatch score --references prints --probes prints --pairs list.csv -o scores.parquet
+  fpmatch score --references prints --probes prints --pairs list.csv -o scores.csv
   fpmatch score --references prints.db --probes seized -o scores.csv --scheduler tcp://host:8786
 
 Exit status: 0 when every pair has a similarity, 1 when some prints have no template (their pairs
@@ -90,7 +90,7 @@ are rows with the reason), 2 when the run could not be done.
     help="Folder of prints, manifest (CSV with path and subject), or gallery (file or URL).",
 )
 @click.option("--probes", metavar=_SIDE, required=True, help="The same for the other side.")
-@output_option(metavar="OUT.csv|.parquet", help="File of scores; Parquet needs fpmatch[parquet].")
+@output_option(metavar="OUT.csv", help="File of scores.")
 @file_option(
     "--pairs",
     metavar="LIST",

@@ -46,12 +46,8 @@ def test_many_at_once_are_as_one_by_one(template, rng):
     probes, references = prints(template, rng, 3), prints(template, rng, 5)
     (chunk,) = AllPairs(3, 5).chunks()
     task = ComparisonTask(chunk, probes, references)
-    found = PairComparer(get_matcher("unit-circle"), calibration=CURVE, capacity=2).similarities(
-        task
-    )
-    assert (
-        found.tobytes() == PairComparer(OneByOne(), calibration=CURVE).similarities(task).tobytes()
-    )
+    found = PairComparer(get_matcher("unit-circle"), calibration=CURVE).similarities(task)
+    assert found.tobytes() == PairComparer(OneByOne(), calibration=CURVE).similarities(task).tobytes()
     missing = (chunk.probe == 1) | (chunk.reference == 1)
     assert np.isnan(found).tolist() == [missing.tolist()] * 2
 

@@ -12,7 +12,7 @@ from fpmatch.base.parameters import read_parameters, with_parameters
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes_on, show_line
 from fpmatch.cli.options import PRINT, compare_files, open_side, output_option, pair_options
-from fpmatch.errors import OutputError, PointSetError
+from fpmatch.errors import FpmatchError, OutputError, PointSetError
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher, split_name
 from fpmatch.printable import json_text, printable, printable_lines
 
@@ -59,13 +59,12 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
     """Show each step of the method on PROBE and REFERENCE, with what the matcher computes.
 
     Both are prints, as images or templates, or both are files of points, a row x,y each. FOLDER
-    gets index.html, with a picture, a sentence and an equation a step; the pictures, as SVG; and
-    numbers.json, with the numbers of the steps. The default matcher's steps are shown, or with
+    gets index.html, with a sentence, an equation and mostly a picture a step; the pictures, as SVG;
+    and numbers.json, with the numbers of the steps. The default matcher's steps are shown, or with
     --matcher paper the paper's, which are the only ones for points. Parameters without a
     calibration are shown without a score.
     """
     from fpmatch.base.output import check_writable
-    from fpmatch.lab.explain.pictures import ExplainError
     from fpmatch.lab.plots.style import check_matplotlib
 
     check_matplotlib("explain:")
@@ -73,21 +72,20 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
         if not OWN_FILE.fullmatch(other):
             raise OutputError(f"{output}: holds another file, {other}: name a new folder")
     check_writable(output / PAGE)
-    sides = [values["probe"], values["reference"]]
+    sides = values["probe"], values["reference"]
     points = [one for path in sides if (one := _points_of(path, values)) is not None]
     if len(points) == 1:
-        raise ExplainError(f"{sides[0]} and {sides[1]}: one has points, the other is a print")
-    numbers: dict[str, Any] = {}
+        raise FpmatchError(f"{sides[0]} and {sides[1]}: one has points, the other is a print")
+    if points and ctx.get_parameter_source("matcher") == ParameterSource.DEFAULT:
+        values["matcher"] = PAPER
+    numbers = {"matcher": values["matcher"]}
     if points:
-        if ctx.get_parameter_source("matcher") == ParameterSource.DEFAULT:
-            values["matcher"] = PAPER
         sets = list(zip(map(str, sides), points, strict=True))
         result, facts, steps = _of_points(values["matcher"], sets, number)
     else:
         result, facts, steps, numbers["result"] = _of_prints(values, number)
     title = f"{sides[0].name} and {sides[1].name}, step by step"
-    facts = [("Matcher", values["matcher"]), *facts]
-    write_page(output, title, result, facts, steps, {"matcher": values["matcher"], **numbers})
+    write_page(output, title, result, [("Matcher", values["matcher"]), *facts], steps, numbers)
     show_line(f"{result}, {len(steps)} steps: {output / PAGE}")
 
 
@@ -97,7 +95,6 @@ def _of_prints(
     """Return the decision on two prints, facts, steps and the result as JSON."""
     from fpmatch.lab.explain.default import explain_prints
     from fpmatch.lab.explain.paper import PaperMethod, explain_points
-    from fpmatch.lab.explain.pictures import ExplainError
     from fpmatch.matching.calibration import is_calibrated
     from fpmatch.prints.report import IDENTITY, as_rows, outcome
 
@@ -105,7 +102,7 @@ def _of_prints(
     plain = split_name(matcher.name)[0]
     if plain not in {DEFAULT_MATCHER, PAPER}:
         only = f"only {DEFAULT_MATCHER} and {PAPER} are explained"
-        raise ExplainError(f"{only}, not {values['matcher']}")
+        raise FpmatchError(f"{only}, not {values['matcher']}")
     if plain == DEFAULT_MATCHER and not (values["calibration"] or is_calibrated(matcher.name)):
         pair, both = None, (open_side(values, "probe"), open_side(values, "reference"))
     else:
@@ -130,19 +127,18 @@ def _of_points(
 ) -> tuple[str, list[tuple[str, str]], list[Step]]:
     """Return the paper's decision on two point sets, facts and steps."""
     from fpmatch.lab.explain.paper import PaperMethod, explain_points
-    from fpmatch.lab.explain.pictures import ExplainError
     from fpmatch.lab.points.match import match_points
     from fpmatch.pointset.paper.matcher import UnitCircleParameters
     from fpmatch.prints.report import verdict
 
     name, stated = split_name(chosen)
     if name != PAPER:
-        raise ExplainError(f"points are explained by --matcher {PAPER} alone, not {chosen}")
+        raise FpmatchError(f"points are explained by --matcher {PAPER} alone, not {chosen}")
     matcher: Any = get_matcher(chosen)
     given = read_parameters(stated, matcher.name) if stated else {}
     given.pop("rho", None)
     parameters = with_parameters(UnitCircleParameters(), given, matcher.name)
-    method = PaperMethod.of_sets(sets, parameters, matcher.parameters.rho)
+    method = PaperMethod.of_sets(*sets, parameters, matcher.parameters.rho)
     try:
         by_default = repr(match_points(sets[0][1], sets[1][1]))
     except PointSetError as error:
@@ -151,21 +147,12 @@ def _of_points(
 
 
 def _points_of(path: Path, values: dict[str, Any]) -> NDArray[np.float64] | None:
-    """Return the points of a file, None of a file that begins as an image or a template."""
-    from fpmatch.base.npy import is_npy
+    """Return the points of a table, None of a file that begins as an image or a template."""
     from fpmatch.base.parsing import read_head
     from fpmatch.lab.points.points_csv import load_points
     from fpmatch.prints.reading import content_of
 
-    head = read_head(path)
-    if values["raw"] or not head or (content_of(head) and not is_npy(head)):
-        return None
-    try:
-        return load_points(path)
-    except PointSetError:
-        if is_npy(head):  # of minutiae
-            return None
-        raise
+    return None if values["raw"] or content_of(read_head(path)) else load_points(path)
 
 
 def write_page(

@@ -67,7 +67,6 @@ CASES = {
         ("1_1.png text.png", "text.png: line 1: "),
         ("p.csv notes.txt", "notes.txt: line 1: "),
         ("p.csv q.csv -o notes.txt", "notes.txt/index.html: cannot be written"),
-        ("p.csv q.csv --pair 99", "--pair 99: "),
     ],
     "points": [
         ("p.csv notes.txt --pairs pairs.csv", "notes.txt: line 1: "),

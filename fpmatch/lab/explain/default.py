@@ -11,7 +11,7 @@ import numpy as np
 
 from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
 from fpmatch.lab.explain import pictures as draw
-from fpmatch.lab.explain.pictures import FRAME_NAME, Ring, Side, Step, chosen_pair
+from fpmatch.lab.explain.pictures import FRAME_NAME, Ring, Side, Step, clearest
 from fpmatch.matching import reference as method
 from fpmatch.matching.constants import comparison as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
@@ -86,13 +86,11 @@ class DefaultMethod:
         """The rings of pairs in the mesh of pairs, by the places of those that have one."""
         if self.matched is None:
             return {}
-        mesh = self.matched[0].mesh[0]
+        pairing, mesh = self.matched[0], self.matched[0].mesh[0]
         places = enumerate(np.transpose(self.paired).tolist())
-        return {k: self._ring(i, j) for k, (i, j) in places if mesh.once(i).any()}
+        return {k: self._ring(pairing, i, j) for k, (i, j) in places if mesh.once(i).any()}
 
-    def _ring(self, i: int, j: int) -> Ring:
-        assert self.matched is not None
-        pairing = self.matched[0]
+    def _ring(self, pairing: Pairing, i: int, j: int) -> Ring:
         mesh, (a, b) = pairing.mesh[0], pairing.places
         ring = mesh.rings[i, mesh.once(i)]
         owner = mesh.owner[ring]
@@ -119,21 +117,13 @@ def _side(letter: Letter, given: GivenPrint, prepared: PreparedTemplate) -> Side
     return Side(letter, given.name, z, prepared.index.astype(np.intp), given, flipped=True)
 
 
-def explain_prints(
-    probe: GivenPrint,
-    reference: GivenPrint,
-    parameters: MatchParameters,
-    asked: int | None,
-    pair: ComparedPair | None,
-) -> list[Step]:
-    """Return the steps of the default matcher; `pair` is their comparison, if there is one."""
-    m = DefaultMethod.of(probe, reference, parameters)
-    chosen = chosen_pair(asked, m.rings, m.candidates.similarity[m.paired].tolist())
-    made = [draw.triangulation_step(m.sides)]
-    made += _local(m) if len(m.candidates.first) else []
+def explain_prints(m: DefaultMethod, pair: ComparedPair | None) -> list[Step]:
+    """Return the steps of the default matcher; `pair` is the comparison, if there is one."""
+    made = [draw.triangulation_step(m.sides), *(_local(m) if len(m.candidates.first) else [])]
     if m.matched is None:
         return [*made, Step("nothing_paired")]
     pairing, evidence = m.matched
+    chosen = clearest(m.rings, m.candidates.similarity[m.paired].tolist())
     made += [_mesh(m, pairing), *_ring_steps(m, pairing, chosen)]
     predicted, partner = pairing.mesh[1], pairing.places[1][pairing.partner]
     numbers = {
@@ -199,7 +189,7 @@ def _mesh(m: DefaultMethod, pairing: Pairing) -> Step:
     def both(*axes: Axes) -> None:
         vertices = m.as_pq(mesh.vertex, mesh.image)
         for ax, side, of, vertex in zip(axes, m.sides, both_paired, vertices, strict=True):
-            draw.ground(ax, side, f"{side.letter}: {len(of)} paired")
+            draw.ground(ax, side, f"{len(of)} paired")
             draw.lines(ax, side.shown(vertex[edges]), draw.MARKS[side.letter])
             ax.plot(*side.shown(np.delete(side.z, of)).T, ".", color=draw.GREY)
             draw.dots(ax, side, side.z[of])

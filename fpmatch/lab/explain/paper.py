@@ -11,7 +11,7 @@ import numpy as np
 
 from fpmatch.errors import PointSetError
 from fpmatch.lab.explain import pictures as draw
-from fpmatch.lab.explain.pictures import Ring, Side, Step, chosen_pair
+from fpmatch.lab.explain.pictures import Ring, Side, Step, clearest
 from fpmatch.pointset.paper.matcher import match_prepared, similar_rings
 from fpmatch.pointset.paper.one_rings import prepare_points
 from fpmatch.pointset.paper.parametrize import parametrize
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from fpmatch.pointset.paper.parametrize import UnitCircle
     from fpmatch.prints.reading import GivenPrint
 
-    Floats = NDArray[np.float64]
+    Named = tuple[str, NDArray[np.float64]]
 
 MOST_POINTS: Final = 1000  # of a set that is drawn
 MOST_LINKS: Final = 300  # local matches drawn that are not pairs of the result
@@ -53,29 +53,20 @@ class PaperMethod:
 
     @classmethod
     def of_sets(
-        cls,
-        probe: tuple[str, Floats],
-        reference: tuple[str, Floats],
-        parameters: UnitCircleParameters,
-        rho: float,
+        cls, sets: tuple[Named, Named], parameters: UnitCircleParameters, rho: float
     ) -> PaperMethod:
         """Take the steps on two sets, each with its name; raises PointSetError."""
-        for name, points in (probe, reference):
-            if not 1 <= len(points) <= MOST_POINTS:
-                number = len(points)
-                raise PointSetError(f"{name}: {number} points, but 1 to {MOST_POINTS} are drawn")
-        p, q = (prepare_points(points, name) for name, points in (probe, reference))
-        return cls((_side("P", probe[0], p), _side("Q", reference[0], q)), (p, q), parameters, rho)
+        for name, points in sets:
+            if not 1 <= (count := len(points)) <= MOST_POINTS:
+                raise PointSetError(f"{name}: {count} points, but 1 to {MOST_POINTS} are drawn")
+        p, q = (prepare_points(points, name) for name, points in sets)
+        sides = _side("P", sets[0][0], p), _side("Q", sets[1][0], q)
+        return cls(sides, (p, q), parameters, rho)
 
     @cached_property
     def match(self) -> PointMatch:
         """The best transform and its pairs, whatever their share."""
         return match_prepared(*self.prepared, self.parameters)
-
-    @property
-    def matches(self) -> bool:
-        """Whether the share that is paired exceeds ρ."""
-        return self.match.matched_share > self.rho
 
     def circle(self, which: int, i: int) -> UnitCircle:
         """Return the closed ring of a point on its unit circle."""
@@ -94,9 +85,15 @@ class PaperMethod:
         }
 
     def _ring(self, i: int, j: int) -> Ring:
-        """Return a ring, its points in the cyclic order in which the circles agree best."""
+        """Return a ring, its points in the cyclic order in which the circles agree best.
+
+        As in the matcher, an image of the centre counts as much as the whole boundary.
+        """
         a, b = self.circle(0, i), self.circle(1, j)
-        shift, turn = best_turn(a, b)
+        images = len(a.angles) * complex(*a.image).conjugate() * complex(*b.image)
+        from_a, onto_b = np.exp(-1j * a.angles), np.exp(1j * b.angles)
+        agreement = [images + from_a @ np.roll(onto_b, -shift) for shift in range(len(onto_b))]
+        shift = int(np.abs(agreement).argmax())
         first, second = self.sides
         vertex = first.mesh.one_ring(i), np.roll(second.mesh.one_ring(j), -shift)
         return Ring(
@@ -104,9 +101,9 @@ class PaperMethod:
             centres=(complex(first.z[i]), complex(second.z[j])),
             points=(first.z[vertex[0]], second.z[vertex[1]]),
             names=(list(map(str, vertex[0])), list(map(str, vertex[1]))),
-            edges=(first.edges, second.edges),
+            edges=(first.z[first.mesh.edges], second.z[second.mesh.edges]),
             angles=(a.angles, np.roll(b.angles, -shift)),
-            turn=turn,
+            turn=float(np.angle(agreement[shift])),
         )
 
 
@@ -114,27 +111,13 @@ def _side(letter: Letter, name: str, of: PreparedPoints, given: GivenPrint | Non
     return Side(letter, name, of.points.view(np.complex128).ravel(), np.arange(len(of)), given)
 
 
-def best_turn(a: UnitCircle, b: UnitCircle) -> tuple[int, float]:
-    """Return the cyclic shift and the rotation in radians at which two circles agree best.
-
-    As in the matcher, the correlation of boundary points and centres' images is largest, the image
-    counting as much as the whole boundary.
-    """
-    d = len(a.angles)
-    images = d * complex(*a.image).conjugate() * complex(*b.image)
-    from_a, onto_b = np.exp(-1j * a.angles), np.exp(1j * b.angles)
-    agreement = [images + from_a @ np.roll(onto_b, -shift) for shift in range(d)]
-    shift = int(np.abs(agreement).argmax())
-    return shift, float(np.angle(agreement[shift]))
-
-
-def explain_points(m: PaperMethod, asked: int | None) -> list[Step]:
+def explain_points(m: PaperMethod) -> list[Step]:
     """Return the steps of the paper's matcher."""
     pairs = {(str(i), str(j)) for i, j in m.match.pairs.tolist()}
     agreement = [0] * len(m.match.pairs)
     for k, ring in m.rings.items():
         agreement[k] = sum(both in pairs for both in zip(*ring.names, strict=True))
-    chosen = chosen_pair(asked, m.rings, agreement)
+    chosen = clearest(m.rings, agreement)
     made = [draw.triangulation_step(m.sides)]
     if chosen is None:
         return [*made, Step("unit_circle"), _local(m), _global(m)]
@@ -171,7 +154,8 @@ def _local(m: PaperMethod) -> Step:
 def _global(m: PaperMethod) -> Step:
     """Show P, moved by the best transform, over Q."""
     match, (p, q), t = m.match, m.sides, m.match.transform
-    numbers: dict[str, Any] = {"match": m.matches, "rho": m.rho, "pairs": match.pairs.tolist()}
+    matches, pairs = match.matched_share > m.rho, match.pairs
+    numbers: dict[str, Any] = {"match": matches, "rho": m.rho, "pairs": pairs.tolist()}
     if t is None:
         return Step("global_match", None, numbers)
     larger = int(len(m.prepared[1]) >= len(m.prepared[0]))
@@ -185,5 +169,5 @@ def _global(m: PaperMethod) -> Step:
         "precision": m.parameters.precision,
     }
     moved = t.apply(m.prepared[0].points).view(np.complex128).ravel()
-    i, j = match.pairs.T
+    i, j = pairs.T
     return Step("global_match", draw.superposed(m.sides, moved, (i, j)), numbers)

@@ -14,7 +14,6 @@ import numpy as np
 
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.palette import hexadecimal
-from fpmatch.errors import FpmatchError
 from fpmatch.lab.plots.style import figure_bytes, plain_style, short_name
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.templates.minutiae import STANDARD_DPI
@@ -62,16 +61,11 @@ class Side:
     """One print, or point set, of N points."""
 
     letter: Letter
-    path: str  # of the file
+    name: str  # of the file
     z: Plane  # (N,): x + iy as the matcher takes them, of a print at 500 dpi
     index: NDArray[np.intp]  # (N,): places among the minutiae of the template, or rows of the file
     print_: GivenPrint | None = None
     flipped: bool = False  # whether the matcher's y points up, that of the image down
-
-    @property
-    def name(self) -> str:
-        """Name of the file, as titles show it."""
-        return short_name(Path(self.path).name)
 
     @property
     def unit(self) -> float:
@@ -82,11 +76,6 @@ class Side:
     def mesh(self) -> Triangulation:
         """Delaunay triangulation of its points."""
         return triangulate(np.column_stack([self.z.real, self.z.imag]))
-
-    @property
-    def edges(self) -> Plane:
-        """Ends of the edges of the triangulation, shape (E, 2)."""
-        return self.z[self.mesh.edges]
 
     def shown(self, z: Plane) -> Floats:
         """Return places (...) of the matcher in pixels of the image or units of the file, (..., 2).
@@ -129,13 +118,11 @@ class Ring:
         }
 
 
-def chosen_pair(
-    asked: int | None, rings: Mapping[int, Ring], agreement: Sequence[float]
-) -> int | None:
-    """Return which pair's ring is shown, from 0, or refuse the one `asked` for, from 1.
+def clearest(rings: Mapping[int, Ring], agreement: Sequence[float]) -> int | None:
+    """Return which pair has the ring that is easiest to read, of those with one; None for none.
 
-    `rings` are those of pairs that have one. By default it is a ring without frame points, of 5 to
-    7 points that are far apart on the circle, of a pair that agrees well; None where there is none.
+    It is a ring without frame points, of 5 to 7 points that are far apart on the circle, of a pair
+    that agrees well.
     """
 
     def clarity(k: int) -> tuple[bool, bool, float]:
@@ -143,12 +130,7 @@ def chosen_pair(
         gap = min(float(np.diff(a, append=a[0] + 2 * np.pi).min()) for a in ring.angles)
         return bool(ring.paired.all()), len(ring.names[0]) in EASY_RING, gap * agreement[k]
 
-    if asked is None:
-        return max(rings, key=clarity, default=None)
-    if asked - 1 not in rings:
-        those = ", ".join(str(k + 1) for k in rings) or "none"
-        raise FpmatchError(f"--pair {asked}: pairs with a ring that is closed in both: {those}")
-    return asked - 1
+    return max(rings, key=clarity, default=None)
 
 
 def draw(panels: int, draw_on: Callable[..., None], height: float = _HEIGHT) -> bytes:
@@ -162,10 +144,13 @@ def draw(panels: int, draw_on: Callable[..., None], height: float = _HEIGHT) -> 
 
 
 def ground(
-    axes: Axes, side: Side, title: str, view: Plane | None = None, room: float = 0.06
+    axes: Axes, side: Side, title: str = "", view: Plane | None = None, room: float = 0.06
 ) -> None:
     """Prepare axes for a side, or a view of it with so much room: its print, pale."""
-    axes.set_title(title, color=MARKS[side.letter], loc="left", fontweight="bold")
+    title = title or short_name(Path(side.name).name)
+    axes.set_title(
+        f"{side.letter}: {title}", color=MARKS[side.letter], loc="left", fontweight="bold"
+    )
     axes.set_aspect("equal")
     xy = side.shown(side.z if view is None else view)
     low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else (np.zeros(2), np.ones(2))
@@ -210,8 +195,8 @@ def triangulation_step(sides: Sides) -> Step:
 
     def both(*axes: Axes) -> None:
         for ax, side in zip(axes, sides, strict=True):
-            ground(ax, side, f"{side.letter}: {side.name}")
-            lines(ax, side.shown(side.edges), MARKS[side.letter])
+            ground(ax, side)
+            lines(ax, side.shown(side.z[side.mesh.edges]), MARKS[side.letter])
             dots(ax, side, side.z)
             if side.print_ is not None:
                 m = side.print_.template.minutiae
@@ -222,7 +207,7 @@ def triangulation_step(sides: Sides) -> Step:
 
     numbers = {
         side.letter.lower(): {
-            "name": side.name,
+            "name": short_name(Path(side.name).name),
             "index": side.index.tolist(),
             "points": side.shown(side.z).tolist(),
             "edges": len(side.mesh.edges),
@@ -241,7 +226,7 @@ def links(sides: Sides, pairs: tuple[Numbers, Numbers], styles: Sequence[dict[st
 
     def both(*axes: Axes) -> None:
         for ax, side in zip(axes, sides, strict=True):
-            ground(ax, side, f"{side.letter}: {side.name}")
+            ground(ax, side)
             dots(ax, side, side.z, 4.0)
         ends = (side.shown(side.z[of]) for side, of in zip(sides, pairs, strict=True))
         for a, b, style in zip(*ends, styles, strict=True):
@@ -290,7 +275,7 @@ def ring_steps(
 def _ring_on(axes: Axes, ring: Ring, which: int, weights: Floats) -> None:
     """Draw a ring in its side, its points numbered, as large as their weights, and its spokes."""
     side, z, centre = ring.sides[which], ring.points[which], ring.centres[which]
-    ground(axes, side, f"{side.letter}: the ring", np.append(z, centre), _ROOM)
+    ground(axes, side, "the ring", np.append(z, centre), _ROOM)
     lines(axes, side.shown(ring.edges[which]))
     xy, middle = side.shown(z), side.shown(np.array(centre))
     colour = MARKS[side.letter]
@@ -312,8 +297,7 @@ def superposed(sides: Sides, moved: Plane, pairs: tuple[Numbers, Numbers]) -> by
     i, j = pairs
 
     def one(axes: Axes) -> None:
-        title = f"{second.letter}, and where {first.letter} is mapped there"
-        ground(axes, second, title, np.append(moved, second.z))
+        ground(axes, second, f"{first.letter} is mapped here", np.append(moved, second.z))
         lines(axes, second.shown(np.stack([moved[i], second.z[j]], axis=1)), TEXT, 1.6)
         dots(axes, second, second.z, 6.0)
         dots(axes, second, moved[i], 4.0, first.letter)

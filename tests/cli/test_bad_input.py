@@ -87,8 +87,8 @@ CASES = {
     ],
     "synth": [
         ("new --seed -1", "seed -1: "),
-        ("new --size 10x400", "side"),
-        ("new --size 400x400 --dpi 50", "50 dpi"),
+        ("new --fingers 0", "0 fingers"),
+        ("new --impressions 1001", "at most 1000 impressions"),
         ("notes.txt", "notes.txt: cannot be"),
     ],
     "verify": [

@@ -5,9 +5,11 @@ import pytest
 
 from fpmatch.lab.synthesis import database
 from fpmatch.lab.synthesis.database import DatabaseMade
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS
 from tests.conftest import assert_refused
 
-SMALL = ("--fingers", 1, "--impressions", 1, "--size", "96x112", "--workers", 1)
+SMALL = ("--fingers", 1, "--impressions", 1, "--workers", 1)
 
 
 @pytest.fixture
@@ -44,10 +46,7 @@ def test_options_reach_the_database(run, tmp_path, asked):
     result = run("synth", tmp_path, *options.split(), *words)
     del asked["progress"]
     assert asked == {
-        **{"out": tmp_path, "fingers": 20, "impressions": 4, "preset": "hard", "seed": 7},
-        **{"sensors": sensors, "workers": 2},
+        **{"out": tmp_path, "fingers": 20, "impressions": 4, "preset": PRESETS["hard"]},
+        **{"sensors": [SENSORS[name] for name in sensors], "seed": 7, "workers": 2},
     }
     assert result.stdout.startswith(f"20 fingers x 4 impressions in {tmp_path}, 4.6 MB: 12 ")
-    run("synth", tmp_path, "--size", "600x700", "--dpi", "1000")
-    (sensor,) = asked["sensors"]
-    assert (sensor.name, sensor.shape, sensor.dpi) == ("600x700@1000dpi", (700, 600), 1000)

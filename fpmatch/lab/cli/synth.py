@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import click
 
@@ -18,39 +18,27 @@ from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, SENSORS
 from fpmatch.printable import count, json_text, printable
 
-_PRESETS: Final = {
-    "clean": "straight, evenly pressed, nothing smeared: every ridge is visible",
-    "easy": "rotated a little, small scratches and spots",
-    "normal": "as in the FVC sets: rotated, stretched, partly outside, dry or damp, worn",
-    "hard": "more of all that, and smeared",
-    "stretched": "as normal, the skin twisted and dragged as far as it goes",
-    "rolled": "rolled from nail to nail; best with the sensor of that name",
-}
-_SENSORS: Final = {
-    "optical-388x374": "as FVC2002 DB1: white ground",
-    "optical-296x560": "as FVC2002 DB2: grey ground, dark corners, residue",
-    "capacitive-300x300": "as FVC2002 DB3: dark ground, striped",
-    "plain-288x384": "as FVC2002 DB4: light grey ground",
-    "optical-640x480": "as FVC2004 DB1: large, white ground",
-    "optical-328x364": "as FVC2004 DB2: soft, upper corners cut off",
-    "rolled-512x512": "ink on a card with lines, words and handwriting",
-}
-
-
-def _listed(words: dict[str, str]) -> str:
-    width = max(map(len, words)) + 2
-    return "\n".join(f"  {name:{width}}{text}" for name, text in words.items())
-
 
 @click.command(
     cls=Command,
-    details=f"""\b
+    details="""\b
 Presets:
-{_listed({name: _PRESETS[name] for name in PRESETS})}
+  clean      straight, evenly pressed, nothing smeared: every ridge is visible
+  easy       rotated a little, small scratches and spots
+  normal     as in the FVC sets: rotated, stretched, partly outside, dry or damp, worn
+  hard       more of all that, and smeared
+  stretched  as normal, the skin twisted and dragged as far as it goes
+  rolled     rolled from nail to nail; best with the sensor of that name
 
 \b
 Sensors:
-{_listed({name: f"{_SENSORS[name]}, {one.dpi:g} dpi" for name, one in SENSORS.items()})}
+  optical-388x374     as FVC2002 DB1: white ground, 500 dpi
+  optical-296x560     as FVC2002 DB2: grey ground, dark corners, residue, 569 dpi
+  capacitive-300x300  as FVC2002 DB3: dark ground, striped, 500 dpi
+  plain-288x384       as FVC2002 DB4: light grey ground, 500 dpi
+  optical-640x480     as FVC2004 DB1: large, white ground, 500 dpi
+  optical-328x364     as FVC2004 DB2: soft, upper corners cut off, 500 dpi
+  rolled-512x512      ink on a card with lines, words and handwriting, 500 dpi
 
 \b
 Files:

@@ -16,7 +16,6 @@ from fpmatch.cli.options import (
 )
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import (
-    by_folder_option,
     pattern_option,
     places_argument,
     workers_option,
@@ -50,7 +49,6 @@ Examples:
 @places_argument("sources", metavar="SCORES|DIR|MANIFEST...")
 @output_option(metavar="OUT.json", help="Where to write the calibration.")
 @pattern_option
-@by_folder_option
 @reading_options
 @matcher_option
 @json_option
@@ -59,7 +57,6 @@ def calibrate(
     sources: tuple[str, ...],
     output: Path,
     pattern: str | None,
-    by_folder: bool,
     dpi: float | None,
     polarity: Polarity,
     raw: tuple[RawSize, ...],
@@ -88,7 +85,7 @@ def calibrate(
             matcher=chosen,
             workers=workers,
             progress=bars.show,
-            naming={"pattern": pattern, "by_folder": by_folder, "dpi": dpi},
+            naming={"pattern": pattern, "dpi": dpi},
             reading=Reading(PrintReader(raw, quiet=True), polarity),
         )
     calibration = fitting.calibrate_on(impostors, chosen.name, "fpmatch calibrate")

@@ -10,9 +10,8 @@ from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels
 from fpmatch.cli.options import enhance_option, file_option, reading_options
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
+from fpmatch.gallery.cli.notes import notes_as_json
 from fpmatch.gallery.cli.options import (
-    by_folder_option,
     pattern_option,
     places_argument,
     workers_option,
@@ -54,7 +53,6 @@ Exit status: 0 when every image gave a template, 1 when some did not, 2 on bad i
 )
 @places_argument("places", metavar="DIR|MANIFEST...")
 @pattern_option
-@by_folder_option
 @click.option(
     "--protocol",
     type=click.Choice(["extended", "fvc"]),
@@ -77,7 +75,6 @@ Exit status: 0 when every image gave a template, 1 when some did not, 2 on bad i
 def evaluate(
     places: tuple[str, ...],
     pattern: str | None,
-    by_folder: bool,
     protocol: str,
     matchers: tuple[str, ...],
     dpi: float | None,
@@ -100,12 +97,11 @@ def evaluate(
     from fpmatch.lab.evaluation import run
     from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.lab.evaluation.rates.scores import read_scores
-    from fpmatch.prints.reading import PrintReader
+    from fpmatch.prints.reading import ASSUMED_DPI, PrintReader
 
     check_outputs(**options)
     earlier = None if baseline is None else read_scores(baseline)
-    naming: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder, "dpi": dpi}
-    datasets = run.load_datasets(places, protocol, **naming)
+    datasets = run.load_datasets(places, protocol, pattern=pattern, dpi=dpi)
     say_slow_kernels()
     reader = PrintReader(raw, quiet=True)
     with ProgressBars(STAGES) as bars:
@@ -124,8 +120,7 @@ def evaluate(
     for each in about:
         for note, names in each["noted"].items():
             noted[note] = (*noted.get(note, ()), *names)
-    say_dpi_assumed(assumed, "dpi in dataset.toml")
-    say_notes(noted)
+    say_notes({ASSUMED_DPI: assumed, **noted} if assumed else noted)
     for name, reason in results[0].failures:
         say_note(f"no template: {name}: {reason}")
     options |= {"baseline": earlier, "baseline_name": str(baseline)}

@@ -28,10 +28,10 @@ import numpy as np
 from fpmatch._version import __version__
 from fpmatch.base.parameters import parameters_of
 from fpmatch.errors import DatasetError, MatcherError
-from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.gallery.listing.manifest import kind_of
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
-from fpmatch.matching.calibration import Calibration, Provenance, score_to_fmr
+from fpmatch.matching.calibration import Calibration, score_to_fmr
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
@@ -117,14 +117,14 @@ def calibrate_on(
     Raises a `MatcherError` if there are too few impostor comparisons or distinct similarities.
     """
     impostors = np.concatenate([one.similarity for one in sets])
-    provenance = Provenance(
-        sets=tuple(one.name for one in sets),
-        impostors=int(impostors.size),
-        version=__version__,
-        command=command,
-        matcher=matcher,
-        fingers=sum(one.fingers for one in sets),
-    )
+    provenance = {
+        "sets": [one.name for one in sets],
+        "impostors": int(impostors.size),
+        "version": __version__,
+        "command": command,
+        "matcher": matcher,
+        "fingers": sum(one.fingers for one in sets),
+    }
     weights = None
     if shares is not None:
         counts = np.array([one.similarity.size for one in sets])
@@ -233,12 +233,12 @@ def report_calibration(calibration: Calibration, sets: Sequence[Trials]) -> dict
 
     The comparisons measure the FMR up to `largest_measured_score`; above, it is extrapolated.
     """
-    largest = calibration.largest_measured_score
+    largest, provenance = calibration.largest_measured_score, calibration.provenance
     return {
-        "matcher": calibration.provenance.matcher,
+        "matcher": provenance["matcher"],
         "databases": len(sets),
-        "fingers": calibration.provenance.fingers,
-        "impostors": calibration.provenance.impostors,
+        "fingers": provenance["fingers"],
+        "impostors": provenance["impostors"],
         "largest_measured_score": largest,
         "smallest_measured_fmr": score_to_fmr(largest),
         "highest_impostor_score": calibration.score(max(one.similarity.max() for one in sets)),

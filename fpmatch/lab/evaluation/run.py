@@ -18,7 +18,7 @@ from fpmatch.base.folders import make_folder
 from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.batch.score import COMPARE, score
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.lab.evaluation.databases.dataset import Dataset, choose_pairs, load_dataset
@@ -55,7 +55,6 @@ def evaluate(
     progress: Progress = no_progress,
     extractor: Extractor | None = None,
     pattern: str | None = None,
-    by_folder: bool = False,
 ) -> RatesReport:
     r"""Evaluate a matcher on databases.
 
@@ -66,10 +65,10 @@ def evaluate(
     total)`` for the stages "extract" and "compare" of each database. `extractor`: makes a template
     from a path and a resolution (None: the file's own), alone or in a
     `fpmatch.gallery.listing.prints.ExtractedPrint`; a function at the top of a module, or with one
-    worker any. `pattern`, `by_folder`: where the names or subfolders of folders contain the
-    fingers, as for `load_dataset`. Raises a `DatasetError` if a database cannot be read, is given
-    twice or has nothing to compare, or the protocol is unknown; another `FpmatchError` if the
-    matcher is unknown, the pattern is none, or a worker process died.
+    worker any. `pattern`: where names of prints contain the fingers, as for `load_dataset`. Raises
+    a `DatasetError` if a database cannot be read, is given twice or has nothing to compare, or the
+    protocol is unknown; another `FpmatchError` if the matcher is unknown, the pattern is none, or a
+    worker process died.
 
     Examples
     --------
@@ -82,7 +81,7 @@ def evaluate(
     """
     given = [datasets] if isinstance(datasets, Dataset | str | os.PathLike) else datasets
     (report,) = evaluate_matchers(
-        load_datasets(given, protocol, pattern=pattern, by_folder=by_folder),
+        load_datasets(given, protocol, pattern=pattern),
         [matcher],
         protocol=protocol,
         workers=workers,
@@ -120,7 +119,7 @@ def evaluate_matchers(
         kept = nullcontext(f"{os.fspath(scores)}{PARTS}")
         make_folder(kept.enter_result)
     reports, files = [], []
-    with kept as folder, processes(workers) as engine:
+    with kept as folder, make_engine(workers) as engine:
         how: dict[str, Any] = {"engine": nullcontext(engine), "lasting": scores is not None}
         for matcher in chosen:
             rows = []

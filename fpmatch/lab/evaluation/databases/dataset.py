@@ -22,10 +22,9 @@ import numpy as np
 from fpmatch.errors import DatasetError, ImageReadError, unknown_name
 from fpmatch.gallery.batch.plan import PairChunk
 from fpmatch.gallery.listing.csv_rows import csv_cell
-from fpmatch.gallery.listing.entry import Label, NamePattern
+from fpmatch.gallery.listing.entry import Label, NamePattern, PrintFile
 from fpmatch.gallery.listing.folders import natural_key
-from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.gallery.listing.print_file import PrintFile, number_impressions
+from fpmatch.gallery.listing.manifest import kind_of, number_impressions
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.image.dataset_folder import read_dataset_info
 
@@ -74,21 +73,18 @@ def load_dataset(
     place: str | os.PathLike[str],
     *,
     pattern: str | NamePattern | None = None,
-    by_folder: bool = False,
     dpi: float | None = None,
 ) -> Dataset:
     r"""Find the prints of a database, by finger and impression, and read its description.
 
     No image is read. The prints of a folder are its images or, where it has none, its templates,
-    named ``FFF_M`` and an extension; others are ignored. Where it has neither, or if `by_folder`,
-    its subfolders are fingers, or subjects whose subfolders are fingers. `place`: a folder or a
-    manifest (see `fpmatch.gallery.listing.manifest`). `pattern`: finds subject, finger and
-    impression in other names; prints that it does not match are left out. `by_folder`: whether the
-    subfolders are fingers although the folder itself contains prints, or their names indicate
-    others. `dpi`: the resolution of all prints (default: that in the manifest or ``dataset.toml``,
-    else the file's own). Raises a `DatasetError` if there is no such database, it holds no print or
-    holds one twice (``101_1.tif`` and ``101_1.png``), or its ``dataset.toml`` or manifest is
-    malformed; a `GalleryError` if the pattern is none.
+    named ``FFF_M`` and an extension; others are ignored. Where it has neither, its subfolders are
+    fingers, or subjects whose subfolders are fingers. `place`: a folder or a manifest (see
+    `fpmatch.gallery.listing.manifest`). `pattern`: finds subject, finger and impression in other
+    names; prints that it does not match are left out. `dpi`: the resolution of all prints (default:
+    that in the manifest or ``dataset.toml``, else the file's own). Raises a `DatasetError` if there
+    is no such database, it holds no print or holds one twice (``101_1.tif`` and ``101_1.png``), or
+    its ``dataset.toml`` or manifest is malformed; a `GalleryError` if the pattern is none.
 
     Examples
     --------
@@ -111,12 +107,12 @@ def load_dataset(
         why = "not a folder of prints, nor a manifest, which has the columns path and subject"
         raise DatasetError(why, path=root)
     try:
-        files = find_prints([root], dpi, pattern=names, by_folder=by_folder)
+        files = find_prints([root], dpi, pattern=names)
     except ImageReadError as error:
         why = "holds no prints, nor folders of them" if root.is_dir() else "no such folder"
         raise DatasetError(why, path=root, code=error.code) from error
     notes = []
-    if kind == "folder" and names is None and not by_folder:
+    if kind == "folder" and names is None:
         if all(one.label is not None and not one.label.finger for one in files):
             notes.append("each folder in it is taken for one finger (--pattern for other layouts)")
         files = [replace(one, label=one.label or _by_number(one.path)) for one in files]

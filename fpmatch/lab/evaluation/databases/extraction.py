@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -19,7 +19,7 @@ from fpmatch.gallery.batch.sources import (
 )
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import attempt_each
-from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.gallery.listing.entry import PrintFile
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT
 from fpmatch.image.quality.print_quality import why_no_minutiae
@@ -96,8 +96,7 @@ class DatasetSource(FolderSource):
                 if n not in self._made:
                     file, attempt = next(attempts)
                     reason = without_path(attempt.reason, file.path)
-                    one = attempt.result or StoredTemplate(None, reason)
-                    self._made[n] = replace(one, notes=(*one.notes, *self._on_dpi[n]))
+                    self._made[n] = attempt.result or StoredTemplate(None, reason)
                 yield self._made[n]
 
     def read(self, name: str) -> tuple[Template, GreyImage | NDArray[np.uint8]]:

@@ -73,7 +73,6 @@ def calibrate(
     """
     from fpmatch.base.output import atomic_write_bytes, check_writable
     from fpmatch.lab.evaluation import calibrate as fitting
-    from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.prints.reading import PrintReader
 
     check_writable(output)
@@ -86,7 +85,8 @@ def calibrate(
             workers=workers,
             progress=bars.show,
             naming={"pattern": pattern, "dpi": dpi},
-            reading=Reading(PrintReader(raw, quiet=True), polarity),
+            reader=PrintReader(raw, quiet=True),
+            polarity=polarity,
         )
     calibration = fitting.calibrate_on(impostors, chosen.name, "fpmatch calibrate")
     atomic_write_bytes(output, calibration.as_json().encode(), public=True)

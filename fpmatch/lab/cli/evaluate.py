@@ -30,22 +30,13 @@ STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 
 @click.command(
     cls=Command,
-    details=RATES
-    + """
-The rates of several databases are followed by their mean, and by the rates of all scores pooled.
-
-\b
-More examples:
-  fpmatch evaluate fvc2002/DB*_B --enhance filters
-  fpmatch evaluate scans --pattern '(?P<subject>\\d+)_(?P<finger>[a-z]+)_(?P<impression>\\d)'
-  fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
-  fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --det det.pdf
-""",
+    details=RATES,
     epilog="""\b
 Examples:
   fpmatch evaluate fvc2002/DB1_B
   fpmatch evaluate fvc2002/DB*_B --matcher unit-circle --matcher paper --json
   fpmatch evaluate fvc2002/DB1_B --protocol fvc --scores scores.csv
+  fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
   fpmatch evaluate sample_data --report report
 
 Exit status: 0 when every image gave a template, 1 when some did not, 2 on bad input.
@@ -95,7 +86,6 @@ def evaluate(
     command.
     """
     from fpmatch.lab.evaluation import run
-    from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.lab.evaluation.rates.scores import read_scores
     from fpmatch.prints.reading import ASSUMED_DPI, PrintReader
 
@@ -103,7 +93,6 @@ def evaluate(
     earlier = None if baseline is None else read_scores(baseline)
     datasets = run.load_datasets(places, protocol, pattern=pattern, dpi=dpi)
     say_slow_kernels()
-    reader = PrintReader(raw, quiet=True)
     with ProgressBars(STAGES) as bars:
         results = run.evaluate_matchers(
             datasets,
@@ -111,8 +100,11 @@ def evaluate(
             protocol=protocol,
             workers=workers,
             progress=bars.show,
-            reading=Reading(reader, polarity, enhance, graded=scores is not None),
             scores=scores,
+            reader=PrintReader(raw, quiet=True),
+            polarity=polarity,
+            enhance=enhance,
+            graded=scores is not None,
         )
     about = [row.about for row in results[0].sets]
     assumed = [one for each in about for one in each["dpi_assumed"]]

@@ -34,7 +34,8 @@ Columns:
 \b
 The 95 % intervals come from the bootstrap over the fingers of each database: how far the rates
 would scatter with other fingers. A rate of 0 or 100 % has one limit, by Clopper and Pearson: "at
-most 25.89 % (0 of 10)". ZeroFMR and ZeroFNMR, which depend on one score, have no interval.
+most 25.89 % (0 of 10)". ZeroFMR and ZeroFNMR, which depend on one score, have no interval. The
+rates of several databases are followed by their mean, and by the rates of all scores pooled.
 """
 
 _OPTIONS: Final = (
@@ -59,9 +60,7 @@ _OPTIONS: Final = (
         "score.",
     ),
     file_option("--det", metavar="FILE", help="Draw the DET curves into a .pdf, .svg or .png."),
-    file_option(
-        "--table", metavar="FILE", help="Write the table of rates as .tex (LaTeX) or .csv."
-    ),
+    file_option("--table", metavar="FILE.csv", help="Write the table of rates with intervals."),
     click.option(
         "--bootstrap",
         metavar="N",
@@ -88,7 +87,7 @@ def rate_options(command: Callable[..., Any]) -> Callable[..., Any]:
 Examples:
   fpmatch rates scores.csv
   fpmatch rates scores.csv theirs.csv --report report
-  fpmatch rates theirs.csv --distances --fmr 0.0001 --det det.pdf --table rates.tex
+  fpmatch rates theirs.csv --distances --fmr 0.0001 --det det.pdf --table rates.csv
   fpmatch rates --genuine-scores genuine.txt --impostor-scores impostor.txt
   fpmatch rates candidates.csv --enrolled prints.db
 

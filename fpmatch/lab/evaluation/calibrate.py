@@ -101,20 +101,14 @@ def gather_impostors(
     return gathered
 
 
-def calibrate_on(
-    sets: Sequence[Trials],
-    matcher: str,
-    command: str = "",
-    *,
-    shares: Sequence[float] | None = None,
-) -> Calibration:
+def calibrate_on(sets: Sequence[Trials], matcher: str, command: str = "") -> Calibration:
     """Fit a calibration to the impostor comparisons of some databases together.
 
     With ten fingers a database, the FMR below one in a thousand is an extrapolation with a wide
     confidence interval, since comparisons of the same two fingers are not independent. `sets`: the
     comparisons; see `gather_impostors`. `matcher`, `command`: names for the provenance of the
-    calibration. `shares`: weights of the databases (default: every comparison has the same weight).
-    Raises a `MatcherError` if there are too few impostor comparisons or distinct similarities.
+    calibration. Raises a `MatcherError` if there are too few impostor comparisons or distinct
+    similarities.
     """
     impostors = np.concatenate([one.similarity for one in sets])
     provenance = {
@@ -125,11 +119,7 @@ def calibrate_on(
         "matcher": matcher,
         "fingers": sum(one.fingers for one in sets),
     }
-    weights = None
-    if shares is not None:
-        counts = np.array([one.similarity.size for one in sets])
-        weights = np.repeat(np.asarray(shares, np.float64) / np.maximum(counts, 1), counts)
-    return replace(fit_calibration(impostors, weights), provenance=provenance)
+    return replace(fit_calibration(impostors), provenance=provenance)
 
 
 def fit_calibration(

@@ -55,6 +55,7 @@ if TYPE_CHECKING:
 
 FPIRS: Final = (0.001, 0.01, 0.1)
 RANKS: Final = (1, 5, 10)
+SEED: Final = 0  # of the bootstrap
 _DET_FPIRS: Final = tuple(np.logspace(-4, 0, 41)[:-1].tolist())  # ten a decade
 
 
@@ -146,7 +147,6 @@ def identification_rates(
     name: str = "",
     fpirs: Sequence[float] = (),
     bootstrap: int = DEFAULT_BOOTSTRAP,
-    seed: int = 0,
 ) -> dict[str, Any]:
     """Compute the error rates of searches among enrolled `subjects`, as JSON values.
 
@@ -177,7 +177,7 @@ def identification_rates(
     numbers = {one: k for k, one in enumerate(dict.fromkeys(each.subject for each in searches))}
     weights = None
     if bootstrap and len(numbers) >= MIN_FINGERS:
-        drawn = draw_fingers(len(numbers), bootstrap, seed)
+        drawn = draw_fingers(len(numbers), bootstrap, SEED)
         weights = drawn[:, [numbers[one.subject] for one in (*mated, *others)]]
 
     def point(at: Any, fnir: float | None, draws: Any, threshold: float | None) -> dict[str, Any]:
@@ -227,7 +227,6 @@ def evaluate_candidates(
     *,
     pattern: str | None = None,
     bootstrap: int = DEFAULT_BOOTSTRAP,
-    seed: int = 0,
     fpirs: Sequence[float] = (),
 ) -> dict[str, Any]:
     """Return the error rates of the searches in files of candidates, `systems`, as JSON values.
@@ -235,13 +234,13 @@ def evaluate_candidates(
     `enrolled` is as for `enrolled_subjects`, all else as for `identification_rates`.
     """
     subjects = enrolled_subjects(enrolled, pattern)
-    draws = {"bootstrap": bootstrap, "seed": seed}
     systems = []
     for file in files:
-        searches = read_candidates(file, subjects, pattern)
-        how: dict[str, Any] = {"name": Path(file).stem, "fpirs": fpirs, **draws}
+        searches, name = read_candidates(file, subjects, pattern), Path(file).stem
+        how: dict[str, Any] = {"name": name, "fpirs": fpirs, "bootstrap": bootstrap}
         systems.append(identification_rates(searches, subjects, **how))
-    return {"protocol": "identification", "confidence": CONFIDENCE, **draws, "systems": systems}
+    draws = {"confidence": CONFIDENCE, "bootstrap": bootstrap, "seed": SEED}
+    return {"protocol": "identification", **draws, "systems": systems}
 
 
 def identification_text(document: dict[str, Any]) -> str:

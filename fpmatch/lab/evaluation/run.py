@@ -22,7 +22,7 @@ from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.lab.evaluation.databases.dataset import Dataset, choose_pairs, load_dataset
-from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 from fpmatch.lab.evaluation.rates.bootstrap import CHANCE
 from fpmatch.lab.evaluation.rates.scores import (
     finger_in_name,
@@ -35,7 +35,7 @@ from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.lab.evaluation.databases.dataset import Pairs
+    from fpmatch.gallery.batch.plan import GivenPairs
     from fpmatch.lab.evaluation.databases.extraction import Extractor
     from fpmatch.lab.evaluation.rates.scores import ScoresSet
     from fpmatch.matching.result import Matcher
@@ -86,7 +86,7 @@ def evaluate(
         protocol=protocol,
         workers=workers,
         progress=progress,
-        reading=Reading(extractor=extractor),
+        extractor=extractor,
     )
     return report
 
@@ -98,18 +98,18 @@ def evaluate_matchers(
     protocol: str = "extended",
     workers: int | None = None,
     progress: Progress = no_progress,
-    reading: Reading = Reading(),  # noqa: B008
     scores: str | os.PathLike[str] | None = None,
+    **reading: Any,
 ) -> list[RatesReport]:
     """Evaluate some matchers on the same templates, extracted once.
 
     `datasets`, `protocol`, `workers`, `progress`: as for `evaluate`. `matchers`: the matchers, or
-    their names. `reading`: how the images are read. `scores`: a CSV file for all comparisons, a
-    database after the other, in the form of `fpmatch score`; the state of an interrupted run is
-    kept beside it, and the same call resumes the run. Raises an `FpmatchError` as `evaluate`; an
-    `OutputError` if the file cannot be written.
+    their names. `scores`: a CSV file for all comparisons, a database after the other, in the form
+    of `fpmatch score`; the state of an interrupted run is kept beside it, and the same call resumes
+    the run. `reading`: how the images are read, as for `DatasetSource`. Raises an `FpmatchError` as
+    `evaluate`; an `OutputError` if the file cannot be written.
     """
-    sources = [DatasetSource(one, reading) for one in load_datasets(datasets, protocol)]
+    sources = [DatasetSource(one, **reading) for one in load_datasets(datasets, protocol)]
     chosen = [get_matcher(one) if isinstance(one, str) else one for one in matchers]
     plans = [choose_pairs(one.dataset.impressions, protocol) for one in sources]
     if scores is None:
@@ -139,7 +139,7 @@ def evaluate_matchers(
 def _scored(
     folder: Path,
     source: DatasetSource,
-    plan: Pairs,
+    plan: GivenPairs,
     matcher: Matcher,
     progress: Progress,
     how: dict[str, Any],

@@ -17,7 +17,6 @@ from fpmatch.lab.evaluation.calibrate import (
     gather_impostors,
     report_calibration,
 )
-from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.lab.evaluation.rates.scores import Trials, split
 from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
 from fpmatch.matching.calibration import score_to_fmr
@@ -126,17 +125,13 @@ def test_unusable_impostors(similarities, reason):
 
 @pytest.fixture
 def gathering(bench):
-    return {
-        "matcher": bench.MATCHER,
-        "reading": Reading(extractor=bench.extractor),
-        "workers": 1,
-    }
+    return {"matcher": bench.MATCHER, "extractor": bench.extractor, "workers": 1}
 
 
 def test_scores_and_folders_give_the_same(gathering, report, tmp_path):
     scores = tmp_path / "scores.csv"
     folders = [row.source.dataset.impressions[0].path.parent for row in report.sets]
-    how = {"workers": 1, "reading": gathering["reading"], "scores": scores}
+    how = {"workers": 1, "extractor": gathering["extractor"], "scores": scores}
     evaluate_matchers(folders, [gathering["matcher"]], **how)
     expected = report.impostors
     assert sum(one.similarity.size for one in expected) == 252 - 21 + 240

@@ -8,7 +8,6 @@ from fpmatch.gallery.batch.sources import unpack
 from fpmatch.gallery.engine import engine
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.lab.evaluation.databases.dataset import choose_pairs, load_dataset
-from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
 
@@ -106,7 +105,7 @@ class Interrupt(Exception):
 def test_an_interrupted_run_is_resumed_and_writes_the_same_file(bench, make_database, tmp_path):
     folders = [make_database("a", contents={"2_1": "broken"}), make_database("b")]
     whole, resumed = tmp_path / "whole.csv", tmp_path / "resumed.csv"
-    how = {"workers": 1, "reading": Reading(extractor=bench.extractor)}
+    how = {"workers": 1, "extractor": bench.extractor}
     evaluate_matchers(folders, [bench.MATCHER], scores=whole, **how)
 
     passed = []

@@ -11,7 +11,6 @@ ICPR 2002, for the "fvc" protocol.
 
 from __future__ import annotations
 
-import hashlib
 import re
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
@@ -20,7 +19,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError, ImageReadError, unknown_name
-from fpmatch.gallery.batch.plan import PairChunk
+from fpmatch.gallery.batch.plan import GivenPairs
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import Label, NamePattern, PrintFile
 from fpmatch.gallery.listing.folders import natural_key
@@ -30,9 +29,7 @@ from fpmatch.image.dataset_folder import read_dataset_info
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
+    from collections.abc import Sequence
 
     from fpmatch.templates.minutiae import Template
 
@@ -155,36 +152,7 @@ def _sorted(labelled: Sequence[tuple[Label, PrintFile]], root: Path) -> tuple[Im
     return tuple(impressions)
 
 
-class Pairs:
-    """The pairs to compare, as indices into a database's impressions: a plan for `score`.
-
-    `probe`, `reference` (N,): indices of the two impressions of each pair, probe < reference.
-    `genuine` (N,): whether both show the same finger. See `fpmatch.gallery.batch.plan.Plan`.
-    """
-
-    def __init__(
-        self, probe: NDArray[np.intp], reference: NDArray[np.intp], genuine: NDArray[np.bool_]
-    ) -> None:
-        self.probe, self.reference, self.genuine = probe, reference, genuine
-        self._size = min(max(len(self) // 64, _LEAST_CHUNK), _MOST_CHUNK)
-        self.number_of_chunks = -(-len(self) // self._size)
-        self.probes: Sequence[int] = np.unique(probe).tolist()
-        self.references: Sequence[int] = np.unique(reference).tolist()
-        content = np.stack([probe, reference, genuine])
-        self.identity = f"{hashlib.sha256(content.tobytes()).hexdigest()} by {self._size}"
-
-    def __len__(self) -> int:
-        return int(self.probe.size)
-
-    def chunks(self, start: int = 0) -> Iterator[PairChunk]:
-        """Yield the pairs in their order, from chunk number `start` on."""
-        for k in range(start * self._size, len(self), self._size):
-            part = slice(k, k + self._size)
-            sides = self.probe[part].astype(np.int32), self.reference[part].astype(np.int32)
-            yield PairChunk(*sides, self.genuine[part].astype(np.int8))
-
-
-def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") -> Pairs:
+def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") -> GivenPairs:
     """Choose the pairs that a protocol compares.
 
     Both protocols take every unordered pair of impressions of one finger as genuine. As impostor
@@ -213,4 +181,5 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
     if protocol == "fvc":
         chosen = genuine | (np.isin(probe, first) & np.isin(reference, first))
         probe, reference, genuine = probe[chosen], reference[chosen], genuine[chosen]
-    return Pairs(probe, reference, genuine)
+    size = min(max(probe.size // 64, _LEAST_CHUNK), _MOST_CHUNK)
+    return GivenPairs(probe, reference, genuine, name=protocol, pairs_per_chunk=size)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import hashlib
 from contextlib import closing
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from fpmatch.errors import DatasetError, without_path
 from fpmatch.formats.record import TemplateRecord
@@ -23,7 +22,6 @@ from fpmatch.gallery.listing.entry import PrintFile
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT
 from fpmatch.image.quality.print_quality import why_no_minutiae
-from fpmatch.prints.reading import PrintReader
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
@@ -39,47 +37,41 @@ if TYPE_CHECKING:
 
     Extractor = Callable[[Path, float | None], Template | ExtractedPrint]
 
-_READER: Final = PrintReader()
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """How the images of a database are read and their templates extracted.
-
-    `reader` reads a file, `polarity` is that of all images, `enhance` names the ridge enhancement,
-    and images are `graded` with their quality, which takes a tenth of the time. An `extractor`
-    takes the place of all of them.
-    """
-
-    reader: Callable[..., GreyImage | TemplateRecord] = _READER
-    polarity: Polarity = "auto"
-    enhance: str = DEFAULT_ENHANCEMENT
-    graded: bool = False
-    extractor: Extractor | None = None
-
 
 class DatasetSource(FolderSource):
     """The prints of a database, as `fpmatch.gallery.batch.sources.PrintSource` describes.
 
     Templates are extracted when they are first needed, and kept in memory; those that the database
-    has are taken as they are.
+    has are taken as they are. `reader` reads a file, `polarity` is that of all images, `enhance`
+    names the ridge enhancement, and images are `graded` with their quality, which takes a tenth of
+    the time. An `extractor` takes the place of all of them.
     """
 
-    def __init__(self, dataset: Dataset, reading: Reading = Reading()) -> None:
+    def __init__(
+        self,
+        dataset: Dataset,
+        *,
+        reader: Callable[..., GreyImage | TemplateRecord] | None = None,
+        polarity: Polarity = "auto",
+        enhance: str = DEFAULT_ENHANCEMENT,
+        graded: bool = False,
+        extractor: Extractor | None = None,
+    ) -> None:
         place = Path(dataset.place)
         files = [
             PrintFile(one.path, one.dpi, name=one.name, place=place) for one in dataset.impressions
         ]
-        super().__init__(place, files, None, reading.polarity, reading.reader)
-        self.dataset, self._how = dataset, reading
+        super().__init__(place, files, None, polarity, reader)
+        self.dataset, self._extractor = dataset, extractor
+        self._how = {"enhance": enhance, "graded": graded, "doubted": False}
         self.place, self.title = dataset.place, dataset.name
         self.fingers = [one.finger for one in dataset.impressions]
         self._made = {
             k: StoredTemplate(None, "no template") if one is None else _stored(one)
             for k, one in enumerate(dataset.templates)
         }
-        how = self.content_hash, reading.enhance, reading.graded, repr(reading.extractor)
-        self.content_hash = hashlib.sha256(repr(how).encode()).hexdigest()
+        state = self.content_hash, self._how, extractor
+        self.content_hash = hashlib.sha256(repr(state).encode()).hexdigest()
 
     def templates(
         self, engine: Engine, numbers: Sequence[int]
@@ -87,10 +79,9 @@ class DatasetSource(FolderSource):
         """Yield some prints by their ascending numbers; `engine` extracts them if necessary."""
         missing = [n for n in numbers if n not in self._made]
         how: dict[str, Any] = {}
-        if missing and self._how.extractor is None:
-            how = {"enhance": self._how.enhance, "graded": self._how.graded, "doubted": False}
-            how["reader"] = self._open_reader(engine=engine)
-        work = partial(_extracted, self._how.extractor, how)
+        if missing and self._extractor is None:
+            how = {**self._how, "reader": self._open_reader(engine=engine)}
+        work = partial(_extracted, self._extractor, how)
         with closing(attempt_each(engine, work, [self._files[n] for n in missing])) as attempts:
             for n in numbers:
                 if n not in self._made:

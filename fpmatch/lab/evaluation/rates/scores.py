@@ -1,6 +1,6 @@
 r"""Scores of comparisons, read from files: of fpmatch, or of any other matcher.
 
-A file is CSV (comma, semicolon or tab) or Parquet. Its first line names the columns: ``probe`` and
+A file is CSV (comma, semicolon or tab). Its first line names the columns: ``probe`` and
 ``reference``, the names of the two prints; ``similarity`` or ``score``; and perhaps ``genuine`` (1
 or 0), ``matcher`` and ``set``, the database. Other columns are not read. A row without a score is a
 comparison that failed. Without a column ``genuine``, or where it is empty, the names of the prints
@@ -25,7 +25,7 @@ from fpmatch.gallery.listing.folders import natural_key
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -38,7 +38,6 @@ _NO_SCORE: Final = frozenset({"", "na", "none", "null"})
 _FORM: Final = (
     "the first line names the columns: probe, reference, similarity or score, perhaps genuine"
 )
-_NEEDS_PYARROW: Final = "Parquet needs pyarrow: pip install 'fpmatch[parquet]'"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,9 +176,10 @@ def read_scores(
     >>> scores.name, scores.prints, scores.trials.genuine.tolist()
     ('mine', ('1_1', '2_1', '1_2'), [False, True])
     """
-    table, refused = _rows_of(path), partial(row_error, DatasetError, path)
+    table = csv_rows(path, DatasetError, exact=True, comments=True)
+    refused = partial(row_error, DatasetError, path)
     line, head = next(table, (0, []))
-    places = {str(cell).strip().casefold(): k for k, cell in enumerate(head)}
+    places = {cell.strip().casefold(): k for k, cell in enumerate(head)}
     score = next((places[one] for one in ("similarity", "score") if one in places), None)
     if score is None or not {"probe", "reference"} <= places.keys():
         raise DatasetError(f"line {line}: not a file of scores: {_FORM}", path=path)
@@ -189,7 +189,7 @@ def read_scores(
         cells = [*row, *[""] * (len(head) - len(row)), ""]
         if len(row) > len(head):
             raise refused(line, f"{len(row)} columns instead of {len(head)}")
-        matcher, of_set, probe, reference, genuine = (str(cells[k]) for k in read)
+        matcher, of_set, probe, reference, genuine = (cells[k] for k in read)
         genuine = genuine.strip().casefold()
         if not (probe and reference):
             raise refused(line, "no name of a print")
@@ -216,8 +216,8 @@ def read_genuine_and_impostor(
     """
     kinds = []
     for path in (genuine, impostor):
-        values = []
-        for n, (line, row) in enumerate(_rows_of(path)):
+        values, rows = [], csv_rows(path, DatasetError, exact=True, comments=True)
+        for n, (line, row) in enumerate(rows):
             try:
                 values.append(_number(path, line, row[-1]))
             except DatasetError:
@@ -305,9 +305,9 @@ def _as_set(
     return ScoresSet(prints=prints, trials=trials, compared=compared[kept], **of)
 
 
-def _number(path: str | os.PathLike[str], line: int, cell: Any) -> float:
+def _number(path: str | os.PathLike[str], line: int, cell: str) -> float:
     """Return the number in a cell, NaN where there is none; infinite numbers are errors."""
-    text = str(cell).strip().casefold()
+    text = cell.strip().casefold()
     if text in _NO_SCORE:
         return math.nan
     try:
@@ -317,22 +317,3 @@ def _number(path: str | os.PathLike[str], line: int, cell: Any) -> float:
     if math.isinf(value):
         raise row_error(DatasetError, path, line, f"{cell!r} is not a finite number")
     return value
-
-
-def _rows_of(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[Any]]]:
-    """Yield line number and cells of each row; blank lines and comments are left out."""
-    if Path(path).suffix.lower() != ".parquet":
-        yield from csv_rows(path, DatasetError, exact=True, comments=True)
-        return
-    try:
-        from pyarrow import ArrowException, parquet  # noqa: PLC0415
-
-        table = parquet.read_table(path, page_checksum_verification=True)
-    except ImportError as error:
-        raise DatasetError(_NEEDS_PYARROW, path=path) from error
-    except (ArrowException, ValueError, OSError) as error:
-        raise DatasetError("not a Parquet file of scores, or damaged", path=path) from error
-    yield 1, table.column_names
-    columns = [column.to_pylist() for column in table.columns]
-    for line, row in enumerate(zip(*columns, strict=True), 2):
-        yield line, ["" if cell is None else cell for cell in row]

@@ -55,19 +55,6 @@ def test_a_table_is_understood(tmp_path, text):
     assert found.trials.fingers == 2
 
 
-def test_parquet_is_read_as_csv(tmp_path):
-    parquet = pytest.importorskip("pyarrow.parquet")
-    from pyarrow import csv
-
-    table = csv.read_csv(write(tmp_path, ROWS))
-    parquet.write_table(table, tmp_path / "scores.parquet")
-    (found,) = read_scores(tmp_path / "scores.parquet")
-    assert pairs_of(found) == NAMED
-    write(tmp_path, b"PAR1", "scores.parquet")
-    with pytest.raises(DatasetError, match="not a Parquet file of scores, or damaged"):
-        read_scores(tmp_path / "scores.parquet")
-
-
 def test_names_that_contain_no_finger_need_labels_and_a_pattern_finds_fingers(tmp_path):
     text = ROWS.replace("1_1", "ann a").replace("1_2", "ann b").replace("2_1", "bob c")
     (found,) = read_scores(path := write(tmp_path, text))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -13,7 +14,6 @@ from fpmatch.gallery.cli.options import FROM_0, pattern_option
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     from fpmatch.lab.evaluation.report.results import RatesReport
@@ -38,46 +38,44 @@ most 25.89 % (0 of 10)". ZeroFMR and ZeroFNMR, which depend on one score, have n
 rates of several databases are followed by their mean, and by the rates of all scores pooled.
 """
 
-_OPTIONS: Final = (
-    click.option(
-        "--fmr",
-        "fmrs",
-        metavar="RATE",
-        type=click.FloatRange(0, 1, min_open=True, max_open=True),
-        multiple=True,
-        help="Report the FNMR at this false match rate, with its interval; repeatable.",
-    ),
-    file_option(
-        "--report",
-        "report_folder",
-        metavar="DIR",
-        help="Write a page there: tables, DET, distributions of scores, the hardest pairs.",
-    ),
-    file_option(
-        "--baseline",
-        metavar="SCORES.csv",
-        help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch "
-        "score.",
-    ),
-    file_option("--det", metavar="FILE", help="Draw the DET curves into a .pdf, .svg or .png."),
-    file_option("--table", metavar="FILE.csv", help="Write the table of rates with intervals."),
-    click.option(
-        "--bootstrap",
-        metavar="N",
-        type=FROM_0,
-        default=1000,
-        hidden=True,
-        help="Bootstrap replicates for the 95 % intervals; 0 for none.",
-    ),
-    click.option(
-        "--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions."
+rate_options: Final = partial(
+    add_options,
+    options=(
+        click.option(
+            "--fmr",
+            "fmrs",
+            metavar="RATE",
+            type=click.FloatRange(0, 1, min_open=True, max_open=True),
+            multiple=True,
+            help="Report the FNMR at this false match rate, with its interval; repeatable.",
+        ),
+        file_option(
+            "--report",
+            "report_folder",
+            metavar="DIR",
+            help="Write a page there: tables, DET, distributions of scores, the hardest pairs.",
+        ),
+        file_option(
+            "--baseline",
+            metavar="SCORES.csv",
+            help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch "
+            "score.",
+        ),
+        file_option("--det", metavar="FILE", help="Draw the DET curves into a .pdf, .svg or .png."),
+        file_option("--table", metavar="FILE.csv", help="Write the table of rates with intervals."),
+        click.option(
+            "--bootstrap",
+            metavar="N",
+            type=FROM_0,
+            default=1000,
+            hidden=True,
+            help="Bootstrap replicates for the 95 % intervals; 0 for none.",
+        ),
+        click.option(
+            "--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions."
+        ),
     ),
 )
-
-
-def rate_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options about what is made of scores."""
-    return add_options(command, _OPTIONS)
 
 
 @click.command(

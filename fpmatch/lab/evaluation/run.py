@@ -270,13 +270,10 @@ def notes_on(report: RatesReport) -> list[str]:
     if failed := sum(int((~one.compared).sum()) for one in report.scores):
         total = sum(one.compared.size for one in report.scores)
         notes.append(f"{failed:,} of {total:,} comparisons have no score and count as the lowest")
-    if not all(one.trials.fingers for one in report.scores):
-        notes.append(
-            "its fingers are not known: there are no 95 % intervals; --pattern finds fingers in "
-            "names of prints"
-        )
+    if not all(one.fingers for one in report.trials):
+        unknown = "its fingers are not known: there are no 95 % intervals"
+        notes.append(f"{unknown}; --pattern finds fingers in names of prints")
     if report.pooled.eer is not None and report.pooled.eer > CHANCE:
-        notes.append(
-            "genuine scores are mostly lower than impostor scores: distances need --distances"
-        )
+        wrong = "genuine scores are mostly lower than impostor scores"
+        notes.append(f"{wrong}: distances need --distances")
     return notes

@@ -84,7 +84,7 @@ def test_fingers_by_a_pattern_have_any_names(tmp_path):
     touch(tmp_path, "eve_left_9.png")
     with pytest.raises(DatasetError, match="are the same impression, left_9"):
         load_dataset(tmp_path, pattern=r"[a-z]+_(?P<subject>[a-z]+)_(?P<impression>\d+)")
-    with pytest.raises(DatasetError, match="--pattern finds fingers in other names"):
+    with pytest.raises(DatasetError, match="--pattern finds other names"):
         load_dataset(tmp_path)
 
 

@@ -37,7 +37,6 @@ PROTOCOLS: Final = ("extended", "fvc")
 _BAND: Final = 256  # references that are compared with all probes before the next
 _LEAST_CHUNK, _MOST_CHUNK = 512, 4096  # pairs
 _PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
-_FORMS: Final = "--pattern finds fingers in other names, and a manifest lists any"
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +114,7 @@ def load_dataset(
         files = [replace(one, label=one.label or _by_number(one.path)) for one in files]
     labelled = [(file.label, file) for file in files if file.label is not None]
     if not labelled:
-        why = f"holds no prints named FFF_M.tif (finger FFF, impression M); {_FORMS}"
+        why = "holds no prints named FFF_M (finger, impression); --pattern finds other names"
         if names is not None:
             why = f"no print fits the pattern {names.text}, as {files[0].name} does not"
         raise DatasetError(why, path=root, code="no names")

@@ -79,22 +79,20 @@ def compare_runs(
     (sets_before, before_pooled), (sets_now, now_pooled) = (
         bootstrap_rates(run, bootstrap, seed) for run in (earlier, later)
     )
-    rates = [tuple(error_rates(*split([run])) for run in (one.before, one.now)) for one in common]
-    enough = [bootstrap > 0 and one.fingers >= MIN_FINGERS for one in later]
-    changes, of_pooled = sets_now - sets_before, now_pooled - before_pooled
     of_mean = sets_now.mean(axis=0) - sets_before.mean(axis=0)
+    changes = [*(sets_now - sets_before), of_mean, now_pooled - before_pooled]
+    rates = [[error_rates(*split([run])) for run in (one.before, one.now)] for one in common]
+    rates.append([mean_rates(column) for column in zip(*rates, strict=True)])
+    rates.append([error_rates(*split(run)) for run in (earlier, later)])
     shared = sum(one.at.size for one in common)
-    parts: list[Any] = [
-        (one.scores.name, one.at.size, *rates[k], changes[k] if enough[k] else None)
-        for k, one in enumerate(common)
-    ]
-    mean = map(mean_rates, zip(*rates, strict=True))
-    pooled = [error_rates(*split(run)) for run in (earlier, later)]
-    parts.append(("mean", shared, *mean, of_mean if all(enough) else None))
-    parts.append(("pooled", shared, *pooled, of_pooled if all(enough) else None))
-    compared = [
-        {"name": name, "pairs": pairs, **_differences(*values)} for name, pairs, *values in parts
-    ]
+    about = [(one.scores.name, one.at.size, one.now.fingers) for one in common]
+    fewest = min(one.fingers for one in later)
+    about += [("mean", shared, fewest), ("pooled", shared, fewest)]
+    compared = []
+    for (name, pairs, fingers), both, draws in zip(about, rates, changes, strict=True):
+        enough = bootstrap > 0 and fingers >= MIN_FINGERS
+        differences = _differences(both[0], both[1], draws if enough else None)
+        compared.append({"name": name, "pairs": pairs, **differences})
     same = [np.count_nonzero(one.before.similarity == one.now.similarity) for one in common]
     return {
         "before": before[0].matcher,

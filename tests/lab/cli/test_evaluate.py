@@ -52,16 +52,6 @@ def test_rates_in_a_table_and_as_json_and_failures_on_stderr(evaluate, database)
 
 
 @pytest.mark.usefixtures("known_answers")
-def test_report_is_one_page(evaluate, database, tmp_path):
-    pytest.importorskip("matplotlib")
-    folder = tmp_path / "made" / "report"
-    result = evaluate(database, "--report", folder, "--bootstrap", 50)
-    assert (result.exit_code, f"{folder / 'index.html'}\n" in result.stderr) == (1, True)
-    assert [path.name for path in folder.iterdir()] == ["index.html"]
-    assert "<li>3_3.tif: " in (folder / "index.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.usefixtures("known_answers")
 def test_a_baseline_is_compared_pair_by_pair(evaluate, database, tmp_path):
     path = tmp_path / "scores.csv"
     evaluate(database, "--scores", path)

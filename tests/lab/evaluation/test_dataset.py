@@ -124,16 +124,6 @@ def test_folders_are_fingers_where_the_database_has_no_prints_itself(tmp_path):
     assert load_dataset(tmp_path / "ada").notes == (note,)
 
 
-def test_templates_of_any_format_are_a_database(tmp_path):
-    touch(tmp_path, "1_2.iso", "1_1.xyt", "2_1.json", "notes.xyt")
-    (tmp_path / "2_1.json").write_text('{"format": "fpmatch-template"}')
-    assert [i.name for i in load_dataset(tmp_path).impressions] == [
-        "1_1.xyt",
-        "1_2.iso",
-        "2_1.json",
-    ]
-
-
 def slow_pairs(fingers, protocol):
     """The definition, pair by pair."""
     for (a, p), (b, q) in combinations(enumerate(fingers), 2):

@@ -233,5 +233,5 @@ def _search(gallery: Gallery, matcher: str) -> Search:
         search.follow(gallery)
         return search
     _kept.clear()
-    _kept[key] = Search.open(gallery, matcher, engine=serial(), note=_log.warning)
+    _kept[key] = Search(gallery, matcher, engine=serial(), note=_log.warning)
     return _kept[key]

@@ -200,7 +200,7 @@ def lost_mates(
 
 def measure(gallery: Gallery, kinds: Sequence[Kind], number_of: dict[str, int]) -> dict[str, Any]:
     """Return the cost of searches without and with a mate, and the mates that they lose."""
-    size, call_s, search = {"prints": len(gallery)}, triangulation(), Search.open(gallery)
+    size, call_s, search = {"prints": len(gallery)}, triangulation(), Search(gallery)
     calibration = load_calibration(search.matcher.name)
     alone = [template for _, template in made(2**41, ALONE)]
     speed: dict[int, dict[str, Any]] = {}

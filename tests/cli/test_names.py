@@ -153,7 +153,7 @@ CASES = {
         ("{manifest} --workers 1 --json --bootstrap 0", 0),
     ],
     "rates": [("{own} --json --report {out}/r --bootstrap 0", 0), ("{missing}", 2)],
-    "synth": [("{out}/synth --fingers 1 --impressions 1 --size 80x80 --workers 1 --json", 0)],
+    "synth": [("{out}/synth --fingers 1 --impressions 1 --workers 1 --json", 0)],
     "calibrate": [("{scores} -o {out}/c.json", 2)],
     "points": [("{points} {points} --plot {out}/p.svg --pairs {out}/p.csv --json", 0)],
     "key": [("{out}/{missing} --new --json", 0)],

@@ -84,7 +84,7 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
         (tmp_path / "g.db.prepared").touch()  # in the way
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add(entries)
-        Search.open(gallery, engine=serial(), note=str)
+        Search(gallery, engine=serial(), note=str)
         numbers = {entry.label: entry.id for entry in gallery.entries()}
         for gone in (3, 0, 5):
             entry = entries[gone]
@@ -96,18 +96,18 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
                     unfinished(folder, entry)
             gallery.remove([numbers[entry.label]])
             assert traces(tmp_path, runs) == []
-            Search.open(gallery, engine=serial(), note=str)
+            Search(gallery, engine=serial(), note=str)
             assert traces(tmp_path, runs) == []
-        assert len(Search.open(gallery, note=str)) == 3
+        assert len(Search(gallery, note=str)) == 3
 
 
 def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, run, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", 2)
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([random_entry(k) for k in range(60)])
-        Search.open(gallery, engine=serial())
+        Search(gallery, engine=serial())
         gallery.remove(range(1, 56))
-        Search.open(gallery, engine=serial())
+        Search(gallery, engine=serial())
         unfinished(tmp_path / "g.db.prepared", random_entry(1))
         entries = list(gallery.entries())
     before = (tmp_path / "g.db").stat().st_size
@@ -116,7 +116,7 @@ def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, r
     assert len(list((tmp_path / "g.db.prepared").iterdir())) == 1
     with open_gallery(tmp_path / "g.db") as gallery:
         assert list(gallery.entries()) == entries
-        assert len(Search.open(gallery)) == 5
+        assert len(Search(gallery)) == 5
 
         def locked(path, **_):
             raise PermissionError(13, "in use", str(path))

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
-import math
 import re
 import zlib
 from contextlib import closing
@@ -12,44 +10,38 @@ from dataclasses import dataclass
 from functools import cache, partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol
-
-import numpy as np
+from typing import TYPE_CHECKING, Final, Protocol
 
 from fpmatch.errors import FpmatchError, ScoringError, TemplateError, without_path
+from fpmatch.formats.json_format import CODEC, decode, encode
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View, check_minutiae
 from fpmatch.gallery.engine.workers import attempt_each
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import NamePattern, entry_names
 from fpmatch.gallery.listing.manifest import kind_of
 from fpmatch.gallery.listing.prints import find_prints, folder_reader, read_one_print
 from fpmatch.gallery.store.stored_template import (
+    MAGIC,
     minutiae_digest,
     stored_minutiae_digest,
     unpack_template,
 )
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.prints.reading import ASSUMED_DPI
-from fpmatch.templates.minutiae import COLUMNS, Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 
-    from numpy.typing import NDArray
-
-    from fpmatch.formats.record import TemplateRecord
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import Label, PrintFile
     from fpmatch.gallery.listing.prints import Reader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
+    from fpmatch.templates.minutiae import Template
 
     OpenedPrint = tuple[PrintFile, GreyImage | TemplateRecord | FpmatchError]
 
-_MAGIC: Final = b"fpmatch template\n"  # how what `pack` returns begins
-_OF_MINUTIAE: Final = ("<f4", "<f4", "<f4", "|u1", "|u1")  # types of `COLUMNS`
-_OF_FIELD: Final = ("<f4", "|b1", "<u8")  # orientation, mask and ridges
-_SUM_BYTES: Final = 4
 _ESCAPED: Final = re.compile(r"\\x([0-9a-f]{2})|\\u([0-9a-f]{4})")  # first letter of a cell
 _AT_ONCE: Final = 512  # entries of a gallery that are read by one query
 
@@ -238,42 +230,22 @@ def _subjects_of(name: str) -> Iterator[str]:
 
 
 def pack(template: Template) -> bytes:
-    """Return a template as bytes, without loss, for `unpack`."""
-    minutiae, field = template.minutiae, template.field
-    head = [template.width, template.height, template.dpi, len(minutiae)]
-    arrays = [getattr(minutiae, name) for name in COLUMNS]
-    if field is not None:
-        fields = [field.orientation, field.mask, field.ridges][: 3 - (field.ridges is None)]
-        head += [field.step, len(fields), *field.mask.shape]
-        arrays += fields
-    types = (*_OF_MINUTIAE, *_OF_FIELD)
-    parts = [array.astype(t, copy=False).tobytes() for array, t in zip(arrays, types, strict=False)]
-    whole = b"".join([_MAGIC, json.dumps(head).encode(), b"\n", *parts])
-    return whole + zlib.crc32(whole).to_bytes(_SUM_BYTES, "little")
+    """Return a template as bytes, without loss, for `unpack`: a compressed file of JSON.
+
+    Raises TemplateError if it has too many minutiae for a file.
+    """
+    check_minutiae(len(template))
+    return zlib.compress(encode(TemplateRecord(CODEC.name, (View(template),))).data, level=1)
 
 
 def unpack(data: bytes) -> Template:
     """Return the template of bytes that `pack` or a gallery made; FpmatchError if damaged."""
-    if not data.startswith(_MAGIC):
+    if data.startswith(MAGIC):
         return unpack_template(data)
-    whole, checksum = data[:-_SUM_BYTES], data[-_SUM_BYTES:]
-    if zlib.crc32(whole).to_bytes(_SUM_BYTES, "little") != checksum:
-        raise ScoringError("a stored template is damaged", code="damaged")
-    at = whole.index(b"\n", len(_MAGIC)) + 1
-    width, height, dpi, n, *of_field = json.loads(whole[len(_MAGIC) : at])
-
-    def take(dtype: str, *shape: int) -> NDArray[Any]:
-        nonlocal at
-        array = np.frombuffer(whole, dtype, math.prod(shape), at)
-        at += array.nbytes
-        return array.reshape(shape)
-
-    minutiae = Minutiae(*(take(dtype, n) for dtype in _OF_MINUTIAE))
-    field = None
-    if of_field:
-        step, count, *shape = of_field
-        field = RidgeField(step, *(take(dtype, *shape) for dtype in _OF_FIELD[:count]))
-    return Template(minutiae, width, height, dpi, field)
+    try:
+        return decode(zlib.decompress(data), ReadingOptions()).single().template
+    except zlib.error as error:
+        raise ScoringError("a stored template is damaged", code="damaged") from error
 
 
 def _open(reader: Reader, file: PrintFile) -> OpenedPrint:

@@ -76,7 +76,7 @@ Interrupted:
 Examples:
   fpmatch score --references enrolled --probes seized -o scores.csv
   fpmatch score --references prints.db --probes seized -o hits.csv --threshold 40
-  fpmatch score --references prints --probes prints --pairs list.csv -o scores.parquet
+  fpmatch score --references prints --probes prints --pairs list.csv -o scores.csv
   fpmatch score --references prints.db --probes seized -o scores.csv --scheduler tcp://host:8786
 
 Exit status: 0 when every pair has a similarity, 1 when some prints have no template (their pairs
@@ -90,7 +90,7 @@ are rows with the reason), 2 when the run could not be done.
     help="Folder of prints, manifest (CSV with path and subject), or gallery (file or URL).",
 )
 @click.option("--probes", metavar=_SIDE, required=True, help="The same for the other side.")
-@output_option(metavar="OUT.csv|.parquet", help="File of scores; Parquet needs fpmatch[parquet].")
+@output_option(metavar="OUT.csv", help="File of scores.")
 @file_option(
     "--pairs",
     metavar="LIST",
@@ -137,11 +137,11 @@ def score(
     from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.matching.calibration import load_calibration
-    from fpmatch.matching.registry import matcher_name
+    from fpmatch.matching.registry import get_matcher
     from fpmatch.prints.reading import ASSUMED_DPI, PrintReader
 
     check_where(workers, scheduler)
-    fitted = load_calibration(matcher_name(matcher), calibration) if calibration else None
+    fitted = load_calibration(get_matcher(matcher).name, calibration) if calibration else None
     say_slow_kernels()
     try:
         with make_engine(workers, scheduler) as engine, ProgressBars(_STAGES) as bars:

@@ -15,7 +15,7 @@ import sqlalchemy as sa
 
 from fpmatch.base.output import reason
 from fpmatch.errors import GalleryError, TemplateError, without_path
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.engine.workers import Progress, attempt_each, no_progress
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, NamePattern
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
@@ -175,7 +175,7 @@ def enrol(
 
     gallery.check_keys()
     report()
-    with engine or processes() as place:
+    with engine or make_engine() as place:
         if extractor is None:
             earlier = earlier_resolutions(gallery, prints)
             reader = folder_reader(prints, engine=place, earlier=earlier, **reading)

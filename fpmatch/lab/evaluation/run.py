@@ -18,7 +18,7 @@ from fpmatch.base.folders import make_folder
 from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.batch.score import COMPARE, score
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.lab.evaluation.databases.dataset import Dataset, choose_pairs, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
@@ -141,7 +141,7 @@ def evaluate_matchers(
         kept = nullcontext(f"{os.fspath(scores)}{PARTS}")
         make_folder(kept.enter_result)
     reports, files = [], []
-    with kept as folder, processes(workers) as engine:
+    with kept as folder, make_engine(workers) as engine:
         for matcher in chosen:
             rows = []
             for source, plan in zip(sources, plans, strict=True):

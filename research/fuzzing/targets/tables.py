@@ -15,7 +15,8 @@ from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_
 from fpmatch.lab.evaluation.run import evaluate_scores
 from fpmatch.lab.points.points_csv import load_points
 from fpmatch.lab.synthesis.database import Plan
-from fpmatch.lab.synthesis.sensor import sensors_named
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
 from fpmatch.server.settings import load_settings
 from research.fuzzing.target import SAMPLES, Reader, Target, scratch, written
@@ -130,7 +131,7 @@ def _dataset_info() -> Reader:
         found = read_dataset_info(written("dataset.toml", data).parent)
         return [text for text in (found.name, found.sensor) if text]
 
-    plan = Plan(1, "normal", sensors_named(["optical-388x374"]), 2)
+    plan = Plan(1, PRESETS["normal"], (SENSORS["optical-388x374"],), 2)
     return Reader([_DATASET, plan.description().encode()], read)
 
 

@@ -22,7 +22,7 @@ def encrypted(tmp_path, source):
 
 def searched(path, probe=PRINTS[3]):
     with open_gallery(path) as gallery:
-        found = identify(Search.open(gallery, engine=serial()), probe, count=20)
+        found = identify(Search(gallery, engine=serial()), probe, count=20)
     return [(c.number, c.similarity, c.score) for c in found.candidates]
 
 
@@ -48,7 +48,7 @@ def test_without_the_key_one_line_names_it(encrypted, source, monkeypatch):
             lambda: gallery.entry(1),
             lambda: list(gallery.templates()),
             lambda: gallery.add([entry_of(99)]),
-            lambda: Search.open(gallery, engine=serial()),
+            lambda: Search(gallery, engine=serial()),
             gallery.check_keys,
         ):
             assert str(refused(call, code="missing key")) == (

@@ -9,7 +9,7 @@ from made_prints import entry_of
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.search import Search
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="rights are those of the folder there")
 
@@ -37,7 +37,7 @@ def test_galleries_their_journals_and_indices(tmp_path, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", 2)
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k) for k in range(3)])
-        Search.open(gallery, engine=serial())
+        Search(gallery, engine=serial())
         with gallery.changing() as connection:
             connection.exec_driver_sql("DELETE FROM fpmatch_failure")
             connection.exec_driver_sql("UPDATE fpmatch_entry SET source = 'x'")

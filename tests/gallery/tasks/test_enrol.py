@@ -79,7 +79,7 @@ def test_again_nothing_is_extracted_but_what_failed(gallery, folder):
 RUN = """
 import sys
 import made_prints
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.tasks import enrol
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.prints import find_prints
@@ -87,7 +87,7 @@ enrol.PRINTS_PER_COMMIT = 8
 if __name__ == "__main__":
     with open_gallery(sys.argv[1], create=True) as gallery:
         tell = lambda stage, done, total: print(done, flush=True)
-        enrol.enrol(gallery, find_prints(sys.argv[2:]), engine=processes(1),
+        enrol.enrol(gallery, find_prints(sys.argv[2:]), engine=make_engine(1),
                     extractor=made_prints.extractor, progress=tell)
 """
 

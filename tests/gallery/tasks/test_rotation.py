@@ -60,12 +60,12 @@ def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, s
     monkeypatch.setattr("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", 2)
     path = make(tmp_path / "g.db", encrypt=False)
     with open_gallery(path) as gallery:
-        before = Search.open(gallery, engine=serial())._index.segments[0].embedding.tobytes()
+        before = Search(gallery, engine=serial())._index.segments[0].embedding.tobytes()
         assert readable(tmp_path, PRINTS[0])
         rotate(gallery)
         assert not any(readable(tmp_path, template) for template in PRINTS)
         assert not list(tmp_path.glob("g.db.prepared/*"))
-        after = Search.open(gallery, engine=serial(), note=pytest.fail)
+        after = Search(gallery, engine=serial(), note=pytest.fail)
         assert after._index.segments[0].embedding.tobytes() == before
         assert len(list(tmp_path.glob("g.db.prepared/*"))) == 1
         first = load_keys(source).current.id
@@ -78,7 +78,7 @@ def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, s
         assert rotate(gallery)["sealed"] == 0
     remove_key(source, first)
     with open_gallery(path) as gallery:
-        assert len(Search.open(gallery, engine=serial(), note=pytest.fail)) == len(PRINTS)
+        assert len(Search(gallery, engine=serial(), note=pytest.fail)) == len(PRINTS)
 
 
 ROTATE = """

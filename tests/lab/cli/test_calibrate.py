@@ -37,4 +37,4 @@ def test_scores_of_the_default_matcher_are_refused_with_the_reason_and_the_comma
     report = json.loads(run("calibrate", scores, "-o", output, "--json").stdout)
     calibration = load_calibration("unit-circle", output)
     assert report["largest_measured_score"] == calibration.largest_measured_score
-    assert report["impostors"] == calibration.provenance.impostors
+    assert report["impostors"] == calibration.provenance["impostors"]

@@ -12,6 +12,8 @@ from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.database import make_database
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,9 +48,9 @@ def make_synthetic_sets(
             made[-1],
             fingers=fingers,
             impressions=IMPRESSIONS,
-            preset=preset,
+            preset=PRESETS[preset],
             seed=seed,
-            sensors=(sensor,),
+            sensors=(SENSORS[sensor],),
             workers=workers,
         )
     return made

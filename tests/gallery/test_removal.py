@@ -1,6 +1,5 @@
 """After a removal nothing of the entry can be read in any file of the gallery."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.search import Search
-from fpmatch.gallery.store.stored_template import pack_template
+from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
@@ -38,12 +37,13 @@ def random_entry(number, count=60):
 def secrets_of(entry):
     """Return all that must not be left of an entry."""
     names = (entry.label.subject.encode(), entry.source.encode(), entry.content)
-    return [pack_template(entry.template), *in_a_segment(entry), *names]
+    return [entry.template, *in_a_segment(entry), *names]
 
 
 def in_a_segment(entry):
     """Return what the index has of an entry, but what any print may have."""
-    arrays = Segment.build([1], [2**40], [MATCHER.prepare(entry.template)]).arrays()
+    prepared = MATCHER.prepare(unpack_template(entry.template))
+    arrays = Segment.build([1], [2**40], [prepared]).arrays()
     return [array.tobytes() for name, array in arrays.items() if name != "term_start"]
 
 
@@ -110,12 +110,10 @@ def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, r
         Search(gallery, engine=serial())
         unfinished(tmp_path / "g.db.prepared", random_entry(1))
         entries = list(gallery.entries())
-    sizes = json.loads(run("gallery", "rewrite", tmp_path / "g.db", "--json").stdout)
-    assert sizes["database"]["after"] == (tmp_path / "g.db").stat().st_size
-    assert sizes["database"]["after"] < sizes["database"]["before"] * 0.6
-    kept = [path.stat().st_size for path in (tmp_path / "g.db.prepared").iterdir()]
-    assert len(kept) == 1
-    assert sizes["prepared"]["after"] == sum(kept) < sizes["prepared"]["before"]
+    before = (tmp_path / "g.db").stat().st_size
+    assert run("gallery", "rewrite", tmp_path / "g.db").exit_code == 0
+    assert (tmp_path / "g.db").stat().st_size < before * 0.6
+    assert len(list((tmp_path / "g.db.prepared").iterdir())) == 1
     with open_gallery(tmp_path / "g.db") as gallery:
         assert list(gallery.entries()) == entries
         assert len(Search(gallery)) == 5

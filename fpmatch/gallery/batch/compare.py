@@ -13,12 +13,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.gallery.batch.sources import unpack
 from fpmatch.gallery.index.compare import PreparedPrints, packs, similarities
-from fpmatch.matching.decision import (
-    DEFAULT_THRESHOLD,
-    evidence_in,
-    reachable_scores,
-    reachable_similarities,
-)
+from fpmatch.matching.decision import DEFAULT_THRESHOLD, evidence_in, reachable_scores
 from fpmatch.matching.result import (
     INCONCLUSIVE,
     MATCH,
@@ -150,12 +145,11 @@ class PairComparer:
         if rho is None and self._calibration is None:
             return np.full(similarity.shape, "")
         matched = score >= threshold if rho is None else similarity > rho
-        lowest = np.where(np.isnan(reachable), -np.inf, reachable)
-        lacking = reachable_scores(self._calibration, lowest) < threshold
+        lacking = np.isnan(reachable) | (reachable < threshold)
         return np.where(matched, MATCH, np.where(lacking, INCONCLUSIVE, NO_MATCH))
 
     def similarities(self, task: ComparisonTask) -> NDArray[np.float64]:
-        """Return the similarity of each pair and the reachable one, shape (2, pairs).
+        """Return the similarity of each pair and the reachable score, shape (2, pairs).
 
         They are not a number where a print has no template. A probe is compared at once with all
         its references, if the matcher has 1:N comparison: the results are the same to the last bit.
@@ -181,7 +175,7 @@ class PairComparer:
                 similarity[rows] = [self._similarity(probe, other) for other in references]
             evidence = np.stack([self._print(other)[1] for other in references])
             ours = self._print(probe)[1]
-            reachable[rows] = reachable_similarities(self.matcher, ours, evidence)
+            reachable[rows] = reachable_scores(self.matcher, self._calibration, ours, evidence)
         return both
 
     def _similarity(self, probe: Print, reference: Print) -> float:

@@ -26,7 +26,7 @@ import numpy as np
 
 from fpmatch.errors import ScoringError
 from fpmatch.gallery.listing.csv_rows import csv_cell, csv_rows, row_error
-from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.gallery.listing.manifest import kind_of
 from fpmatch.printable import printable
 
 if TYPE_CHECKING:

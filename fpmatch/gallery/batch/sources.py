@@ -6,7 +6,7 @@ import hashlib
 import re
 import zlib
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, partial
 from itertools import chain
 from pathlib import Path
@@ -18,8 +18,7 @@ from fpmatch.formats.record import ReadingOptions, TemplateRecord, View, check_m
 from fpmatch.gallery.engine.workers import attempt_each
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import NamePattern, entry_names
-from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.gallery.listing.print_file import resolution_notes
+from fpmatch.gallery.listing.manifest import kind_of
 from fpmatch.gallery.listing.prints import find_prints, folder_reader, read_one_print
 from fpmatch.gallery.store.stored_template import (
     MAGIC,
@@ -35,8 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 
     from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.listing.entry import Label
-    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.entry import Label, PrintFile
     from fpmatch.gallery.listing.prints import Reader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
@@ -95,21 +93,20 @@ def open_source(
     polarity: Polarity = "auto",
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
     pattern: NamePattern | None = None,
-    by_folder: bool = False,
     names: Collection[str] | None = None,
 ) -> PrintSource:
     """Open one side of `fpmatch score`; its prints are read later.
 
     The place is a folder of prints, a manifest, or a gallery: a file or the URL of a database, of
     which only the entries are read that have one of the `names`, if these are given. Of the files
-    of a folder, `dpi`, `pattern` and `by_folder` are as for
+    of a folder, `dpi` and `pattern` are as for
     `fpmatch.gallery.listing.prints.find_prints`, `polarity` and `reader` as for
     `fpmatch.image.folder_traits.find_traits`. Raises FpmatchError if there is no such
     folder or gallery, or nothing in it.
     """
     if kind_of(place) in {"gallery", "file"}:
         return GallerySource(place, names)
-    files = find_prints([place], dpi, pattern=pattern, by_folder=by_folder)
+    files = find_prints([place], dpi, pattern=pattern)
     return FolderSource(Path(place), files, dpi, polarity, reader)
 
 
@@ -136,7 +133,6 @@ class FolderSource:
         self.title = csv_cell(info.name or (place.resolve().name if place.is_dir() else place.stem))
         self.names = [file.name for file in files]
         self.paths = [str(file.path) for file in files]
-        self._on_dpi = resolution_notes([file.dpi for file in files])
         labels = [file.label for file in files]
         by_name = [one.label or NamePattern().label(Path(one.path.name)) for one in files]
         self.fingers = [
@@ -158,12 +154,9 @@ class FolderSource:
         # Read here, so that workers elsewhere need not see the files.
         opened = (_open(self._open_reader(), self._files[n]) for n in numbers)
         with closing(attempt_each(engine, _extract, opened)) as attempts:
-            for number, ((file, _), attempt) in zip(numbers, attempts, strict=True):
-                if attempt.result is None:
-                    yield StoredTemplate(None, without_path(attempt.reason, file.path))
-                else:
-                    notes = (*attempt.result.notes, *self._on_dpi[number])
-                    yield replace(attempt.result, notes=notes)
+            for (file, _), attempt in attempts:
+                why = without_path(attempt.reason, file.path)
+                yield attempt.result or StoredTemplate(None, why)
 
 
 class GallerySource:
@@ -179,7 +172,7 @@ class GallerySource:
         with self._open() as gallery:
             self.place, self.title = gallery.name, csv_cell(gallery.name)
             self.content_hash = gallery.content_hash()
-            if not gallery.has_over(0):
+            if not len(gallery):
                 raise ScoringError(f"{self.place}: the gallery is empty")
             if names is None:
                 entries = list(gallery.entries())

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.entry import PrintFile
     from fpmatch.gallery.search.identification import (
         Candidate,
         FusedIdentification,

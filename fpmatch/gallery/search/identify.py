@@ -64,14 +64,15 @@ def identify(
     >>> import tempfile
     >>> from pathlib import Path
     >>> from fpmatch import Minutiae, Template
-    >>> from fpmatch.gallery.listing.entry import Label, NewEntry
+    >>> from fpmatch.gallery.listing.entry import Label
+    >>> from fpmatch.gallery.store.rows import new_entry
     >>> from fpmatch.gallery.gallery import open_gallery
     >>> from fpmatch.gallery.search.search import Search
     >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
     >>> template = Template(minutiae, 100, 100)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with open_gallery(Path(folder, "gallery.db"), create=True) as gallery:
-    ...         _ = gallery.add([NewEntry(Label("ada"), "ada.tif", bytes(32), template)])
+    ...         _ = gallery.add([new_entry(Label("ada"), "ada.tif", bytes(32), template)])
     ...         result = identify(Search(gallery), template)
     >>> result.compared, result.candidates[0].number, result.entries[0].label.subject
     (1, 1, 'ada')

@@ -21,7 +21,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.compare import PreparedPrints, packs, similarities
 from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.result import call_matcher, compare_prepared, named
 
@@ -157,7 +157,7 @@ class Search:
         if state != self.content:
             gallery.check_keys()
             own = COMPILED and packs(self.matcher) and self.matcher.name == DEFAULT_MATCHER
-            self.preselected = own and gallery.has_over(EXHAUSTIVE_UP_TO)
+            self.preselected = own and len(gallery) > EXHAUSTIVE_UP_TO
             if self.preselected:
                 self._follow_index(gallery)
             else:

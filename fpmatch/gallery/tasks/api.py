@@ -113,7 +113,6 @@ def enrol(
     prints: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
     *,
     pattern: str | None = None,
-    by_folder: bool = False,
     dpi: float | None = None,
     workers: int | None = None,
     strict: bool = False,
@@ -131,9 +130,6 @@ def enrol(
     pattern : str, optional
         Regular expression with groups ``subject``, ``finger``, ``impression`` that gets labels
         from paths (default: FVC's names, ``101_3.tif``).
-    by_folder : bool
-        Whether subfolders are fingers, or subjects whose subfolders are fingers (default: where a
-        folder has no prints itself).
     dpi : float, optional
         Resolution of all images (default: that in a manifest, in ``dataset.toml`` or in the file,
         else by its ridges).
@@ -165,7 +161,7 @@ def enrol(
     """
     names = None if pattern is None else NamePattern(pattern)
     places = [prints] if isinstance(prints, str | os.PathLike) else prints
-    files = find_prints(places, dpi, pattern=names, by_folder=by_folder)
+    files = find_prints(places, dpi, pattern=names)
     with _opened(gallery, create=True) as opened:
         engine = make_engine(workers)
         return enrol_prints(opened, files, pattern=names, engine=engine, strict=strict)

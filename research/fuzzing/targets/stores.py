@@ -23,6 +23,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.search import Search
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
@@ -84,7 +85,10 @@ def gallery_file(*, encrypt: bool = False) -> Path:
 @cache
 def _made_gallery(encrypt: bool) -> Path:
     # always the same key: a finding is replayed with it
-    os.environ |= {KEY_VARIABLE: "env:FUZZING_KEY", "FUZZING_KEY": Key(bytes(range(32))).as_line()}
+    keys = scratch() / "keys.txt"
+    keys.touch(0o600)
+    keys.write_text(Key(bytes(range(32))).as_line())
+    os.environ[KEY_VARIABLE] = f"file:{keys}"
     path = scratch() / ("sealed" if encrypt else "made") / "prints.db"
     path.parent.mkdir()
     new = [_entry(name, template) for name, template in templates().items() if name != PROBE]
@@ -101,7 +105,7 @@ def _made_gallery(encrypt: bool) -> Path:
 def _entry(name: str, template: Template) -> NewEntry:
     subject, _, impression = name.partition("_")
     digest = hashlib.sha256(name.encode()).digest()
-    return NewEntry(Label(subject, "", impression), f"{name}.tif", digest, template)
+    return new_entry(Label(subject, "", impression), f"{name}.tif", digest, template)
 
 
 def candidates(
@@ -109,7 +113,8 @@ def candidates(
 ) -> tuple[list[tuple[Any, ...]], list[str]]:
     """Return the candidates of the probe in a gallery, as a search states them, and notes."""
     notes: list[str] = []
-    with patch.object(type(gallery), "has_over", lambda *_: indexed):
+    most = 0 if indexed else len(gallery)
+    with patch("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", most):
         search = Search(gallery, engine=serial(), note=notes.append)
     found = identify(search, templates()[PROBE], count=10)
     notes += [f"entry {number}: {why}" for number, why in gallery.damaged.items()]

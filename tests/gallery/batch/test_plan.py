@@ -74,7 +74,7 @@ def test_spaces_separate_where_nothing_else_does(tmp_path):
         ("a,x\na\n", "line 2: expected a probe and a reference"),
         ("a,x\n\x00", "line 2: expected a probe and a reference"),
         ("a x 1\na x 2\n", "line 2, column genuine: must be 1 or 0, not '2'"),
-        (b"a,x\n\xffc,d\n", "line 2: not a CSV file in UTF-8"),
+        (b"a,x\n\xffc,d\n", "not a CSV file in UTF-8"),
         (None, "cannot be read: no such file"),
     ],
 )

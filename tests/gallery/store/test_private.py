@@ -9,7 +9,7 @@ from made_prints import entry_of
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.search import Search
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="rights are those of the folder there")
 
@@ -52,15 +52,3 @@ def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
     assert [note.startswith(f"the index of {tmp_path / 'g.db'} is kept in ") for note in notes]
     assert len(list((cache / "fpmatch" / "galleries").iterdir())) == 1
     assert_private(tmp_path, 7)
-
-
-def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path):
-    with open_gallery(tmp_path / "g.db", create=True):
-        pass
-    for before, after, private in ((0o644, 0o600, True), (0o664, 0o660, False)):
-        (tmp_path / "g.db").chmod(before)
-        with open_gallery(tmp_path / "g.db") as gallery:
-            assert rights(tmp_path) == {tmp_path / "g.db": before}
-            gallery.clear_failures()
-            assert gallery.private is private
-        assert rights(tmp_path) == {tmp_path / "g.db": after}

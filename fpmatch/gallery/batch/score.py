@@ -47,7 +47,7 @@ IDENTICAL_NAMED: Final = 20  # pairs of identical prints that a summary names
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
 COMPARE: Final = "compare"
-_FORMAT: Final = "8"  # of the state of an unfinished run
+_FORMAT: Final = "9"  # of the state of an unfinished run
 
 
 def calibration_of(matcher: str) -> Calibration | None:

@@ -140,10 +140,3 @@ def test_identical_pairs_are_those_of_one_digest(probes, references, most):
     found, first = find_identical_pairs(plan, *sides, most)
     assert (found, len(first)) == (len(expected), min(most, len(expected)))
     assert {*first} <= {*expected}
-
-
-def test_of_listed_pairs_those_of_the_list_are_counted(tmp_path):
-    listed = write(tmp_path, 'a.tif,x.tif\nb.png,x.tif\nb.png,"y, z.tif"\n')
-    sides = stored([b"a", b"a", b"b"]), stored([b"a", b"b"])
-    found = find_identical_pairs(listed_pairs(listed, *NAMES), *sides, 5)
-    assert found == (2, [(0, 0), (2, 1)])

@@ -6,20 +6,26 @@ the prints that are compared whole.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from fpmatch.gallery.index.segment import Segment, unoriented_share
+from fpmatch.gallery.index.segment import unoriented_share
 from fpmatch.gallery.index.size_normalization import size_normalized
 from fpmatch.gallery.index.terms import probe_terms
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from fpmatch.gallery.engine.in_threads import Threads
     from fpmatch.gallery.index.follow import GalleryIndex
+    from fpmatch.gallery.index.segment import Segment
+    from fpmatch.gallery.index.terms import ProbeTerms
     from fpmatch.matching.prints.prepared import PreparedTemplate
+
+T = TypeVar("T")
 
 # What the stages pass on at effort 1; see docs/explanation/searching.md.
 LEAST_BY_TERMS: Final = 2000
@@ -30,6 +36,7 @@ UNIT: Final = 256  # of the agreement of prints: a standard deviation
 AGREEMENT_WEIGHT: Final = 0.3 / UNIT
 """What the agreement adds to the normalized score of the bit descriptors."""
 SAMPLE: Final = 65_536  # prints, about, by which a standard deviation is estimated
+SEGMENTS_AT_ONCE: Final = 4  # of one thread, before it takes others
 
 
 def shortlist(
@@ -45,9 +52,9 @@ def shortlist(
     by_descriptors = max(by_descriptors, least)
     by_terms = effort * max(LEAST_BY_TERMS, round(SHARE_BY_TERMS * size))
     terms = probe_terms(probe, unoriented=unoriented_share(segments))
-    counted = threads.map(lambda terms, segment: segment.votes(terms), terms, segments)
+    counted = threads.map(_votes, terms, _chunks(segments))
     both = np.concatenate([np.empty((2, 0), np.uint16), *counted], axis=1)
-    agreed = agreement(both[:, index.stored])
+    agreed = agreement(both if index.in_order else both[:, index.stored])
     first = most_agreeing(agreed, max(by_terms, by_descriptors))
     first = first[np.argsort(index.stored[first])]
     places = index.stored[first]
@@ -57,7 +64,7 @@ def shortlist(
         (segment, places[bounds[k] : bounds[k + 1]] - start[k])
         for k, segment in enumerate(segments)
     ]
-    scores = np.concatenate([np.empty(0, np.int32), *threads.map(_scores, probe, parts)])
+    scores = np.concatenate([np.empty(0, np.int32), *threads.map(_scores, probe, _chunks(parts))])
     sizes = np.concatenate([np.empty(0, np.uint8), *(one.size for one in segments)])[places]
     # Either finds mates that the other loses: votes need a mesh that both prints have,
     # descriptors the ridges around the minutiae.
@@ -81,8 +88,9 @@ def agreement(counted: NDArray[np.uint16]) -> NDArray[np.uint16]:
         return np.empty(0, np.uint16)
     deviation = counted[:, :: 1 + counted.shape[1] // SAMPLE].std(axis=1)
     scale = (UNIT / np.maximum(deviation, 1.0)).astype(np.float32)
-    total = counted[0] * scale[0] + counted[1] * scale[1]
-    agreed: NDArray[np.uint16] = np.minimum(total, 65_535).astype(np.uint16)
+    total = counted[0] * scale[0]
+    total += counted[1] * scale[1]
+    agreed: NDArray[np.uint16] = np.minimum(total, 65_535, out=total).astype(np.uint16)
     return agreed
 
 
@@ -102,6 +110,15 @@ def most_agreeing(agreed: NDArray[np.uint16], most: int) -> NDArray[np.intp]:
     return np.flatnonzero(chosen)
 
 
-def _scores(probe: PreparedTemplate, part: tuple[Segment, NDArray[np.intp]]) -> NDArray[np.int32]:
-    segment, which = part
-    return segment.scores(probe, which)
+def _chunks(rows: Sequence[T]) -> list[Sequence[T]]:
+    return [rows[k : k + SEGMENTS_AT_ONCE] for k in range(0, len(rows), SEGMENTS_AT_ONCE)]
+
+
+def _votes(terms: ProbeTerms, segments: Sequence[Segment]) -> NDArray[np.uint16]:
+    return np.concatenate([segment.votes(terms) for segment in segments], axis=1)
+
+
+def _scores(
+    probe: PreparedTemplate, parts: Sequence[tuple[Segment, NDArray[np.intp]]]
+) -> NDArray[np.int32]:
+    return np.concatenate([segment.scores(probe, which) for segment, which in parts])

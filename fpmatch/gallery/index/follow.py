@@ -58,8 +58,7 @@ class GalleryIndex:
     `engine` prepares prints (default: all cores), `progress` is called with stage "prepare" and
     numbers of prints, and `note` with a line on what could not be used or written. A search adds up
     the `segments`, of which the prints at the places `stored` are in the gallery: entries of the
-    `numbers`, ascending; these are all places, `in_order`, where nothing was removed. Entries that
-    are `damaged` are not in the index.
+    `numbers`, ascending; `in_order` where these are all places. Those `damaged` are not in it.
     """
 
     def __init__(

@@ -7,7 +7,7 @@ the prints that are compared whole.
 from __future__ import annotations
 
 from itertools import chain
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -16,15 +16,12 @@ from fpmatch.gallery.index.size_normalization import size_normalized
 from fpmatch.gallery.index.terms import probe_terms
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from concurrent.futures import ThreadPoolExecutor
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.engine.in_threads import Threads
     from fpmatch.gallery.index.follow import GalleryIndex
     from fpmatch.matching.prints.prepared import PreparedTemplate
-
-T = TypeVar("T")
 
 # What the stages pass on at effort 1; see docs/explanation/searching.md.
 LEAST_BY_TERMS: Final = 2000
@@ -38,7 +35,11 @@ SEGMENTS_AT_ONCE: Final = 4  # of one thread, before it takes others
 
 
 def shortlist(
-    index: GalleryIndex, probe: PreparedTemplate, effort: int, least: int, threads: Threads
+    index: GalleryIndex,
+    probe: PreparedTemplate,
+    effort: int,
+    least: int,
+    threads: ThreadPoolExecutor,
 ) -> tuple[list[int], tuple[int, int]]:
     """Return the numbers of prints that may be of the probe's finger, ascending, `least` or more.
 
@@ -51,7 +52,7 @@ def shortlist(
     by_descriptors = max(by_descriptors, least)
     by_terms = effort * max(LEAST_BY_TERMS, round(SHARE_BY_TERMS * size))
     terms = probe_terms(probe, unoriented=unoriented_share(segments))
-    counted = threads.map(lambda t, some: [one.votes(t) for one in some], terms, _chunks(segments))
+    counted = threads.map(lambda some: [one.votes(terms) for one in some], _chunks(segments))
     both = np.concatenate([*chain.from_iterable(counted)], axis=1)
     sizes = np.concatenate([segment.size for segment in segments])
     if not index.in_order:
@@ -73,9 +74,7 @@ def shortlist(
         (segment, places[bounds[k] : bounds[k + 1]] - start[k])
         for k, segment in enumerate(segments)
     ]
-    scored = threads.map(
-        lambda p, some: [one.scores(p, w) for one, w in some], probe, _chunks(parts)
-    )
+    scored = threads.map(lambda some: [one.scores(probe, k) for one, k in some], _chunks(parts))
     scores = np.concatenate([*chain.from_iterable(scored)])
     # Either finds mates that the other loses: votes need a mesh that both prints have,
     # descriptors the ridges around the minutiae. By chance, few prints have very many votes.
@@ -102,5 +101,5 @@ def by_size(sizes: NDArray[np.uint8]) -> NDArray[np.float32]:
     return added.astype(np.float32)
 
 
-def _chunks(rows: Sequence[T]) -> list[Sequence[T]]:
+def _chunks(rows: list[Any]) -> list[list[Any]]:
     return [rows[k : k + SEGMENTS_AT_ONCE] for k in range(0, len(rows), SEGMENTS_AT_ONCE)]

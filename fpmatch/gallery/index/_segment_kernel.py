@@ -12,6 +12,7 @@ import cython
 from cython.cimports.fpmatch.gallery.index._vote_cells import (
     AHEAD,
     CELLS,
+    LENGTH,
     MOST,
     PRODUCT_BITS,
     TURN,
@@ -51,7 +52,8 @@ def count_votes(
         for q in range(term.shape[0]):
             place = cython.address(shift[reading[q], 0])
             votes_each = weight[q]
-            if q + AHEAD < term.shape[0]:
+            if q + 2 * AHEAD < term.shape[0]:
+                prefetch(cython.address(start[term[q + 2 * AHEAD]]))
                 ahead = cython.address(posting[0]) + start[term[q + AHEAD]]
                 prefetch(ahead)
                 prefetch(ahead + 16)
@@ -68,7 +70,7 @@ def count_votes(
             votes[p] = most_votes(here) * factor[p] >> 2
 
 
-@cython.locals(p=cython.Py_ssize_t, t=cython.Py_ssize_t, k=cython.Py_ssize_t)
+@cython.locals(p=cython.Py_ssize_t, k=cython.Py_ssize_t)
 def compare_embeddings(
     embedding: cython.const[cython.schar][:, ::1],
     probe: cython.const[cython.short][:, ::1],
@@ -76,20 +78,24 @@ def compare_embeddings(
 ):
     """Fill `similarity` with how similar the embedding of each print, (N, L), is to the probe's.
 
-    Of the probe there are several, (T, L): of the print as it is given, and turned. The greatest
+    Of the probe there are four, (4, L): of the print as it is given, and turned. The greatest
     product counts, less `TURNED` for one that is turned, and 0 where all point away. Other threads
     may run meanwhile.
     """
     with cython.nogil:
         for p in range(embedding.shape[0]):
-            greatest: cython.int = 0
-            for t in range(probe.shape[0]):
-                product: cython.int = 0
-                for k in range(probe.shape[1]):
-                    product += cython.cast(cython.short, embedding[p, k]) * probe[t, k]
-                product = (product >> PRODUCT_BITS) - (TURNED if t > 0 else 0)
-                greatest = max(greatest, product)
-            similarity[p] = greatest
+            given: cython.int = 0
+            left: cython.int = 0
+            down: cython.int = 0
+            right: cython.int = 0
+            for k in range(LENGTH):  # all four at once: a number is read and widened once
+                own: cython.short = embedding[p, k]
+                given += own * probe[0, k]
+                left += own * probe[1, k]
+                down += own * probe[2, k]
+                right += own * probe[3, k]
+            turned = (max(left, down, right) >> PRODUCT_BITS) - TURNED
+            similarity[p] = max(0, given >> PRODUCT_BITS, turned)
 
 
 @cython.locals(t=cython.Py_ssize_t, i=cython.Py_ssize_t, w=cython.Py_ssize_t)

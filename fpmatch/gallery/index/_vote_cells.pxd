@@ -51,10 +51,11 @@ cdef extern from *:
     void prefetch(const void *address) noexcept nogil
 
 cdef enum:
-    AHEAD = 12  # lists, of which the first postings are fetched
+    AHEAD = 24  # lists, of which the first postings are fetched; where one begins, twice as many
     TURN = 63  # the steps of a rotation are numbered by its bits
     CELLS = 256  # of a print
     WORDS = 64  # of four cells along y
     MOST = 63  # votes that are counted in a cell: four make less than 256
+    LENGTH = 128  # of an embedding
     PRODUCT_BITS = 5  # of a product, that do not count
     TURNED = 300  # what is subtracted from the product of a turned print: few probes are turned

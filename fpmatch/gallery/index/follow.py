@@ -58,7 +58,7 @@ class GalleryIndex:
     `engine` prepares prints (default: all cores), `progress` is called with stage "prepare" and
     numbers of prints, and `note` with a line on what could not be used or written. A search adds up
     the `segments`, of which the prints at the places `stored` are in the gallery: entries of the
-    `numbers`, ascending. Entries that are `damaged` are not in the index.
+    `numbers`, ascending; `in_order` where these are all places. Those `damaged` are not in it.
     """
 
     def __init__(
@@ -75,6 +75,7 @@ class GalleryIndex:
         self._held: dict[str, Counted] = {}  # by the names of their files
         self.segments: list[Segment] = []
         self.stored = np.empty(0, np.intp)
+        self.in_order = True
         self.numbers = np.empty(0, np.int64)
         self.damaged: list[int] = []
 
@@ -123,6 +124,7 @@ class GalleryIndex:
         every = np.concatenate([numbers[:0], *(one.number for one in self.segments)])
         stored = np.flatnonzero(np.concatenate(counts))
         self.stored = stored[np.argsort(every[stored])]
+        self.in_order = np.array_equal(self.stored, np.arange(len(every)))
         self.numbers = every[self.stored]
         self.damaged = np.setdiff1d(numbers, self.numbers).tolist()
 

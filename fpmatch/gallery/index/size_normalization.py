@@ -12,9 +12,6 @@ if TYPE_CHECKING:
 SIZE_OFFSET: Final = 5
 """Added to the minutiae of the smaller print, by which its score is divided."""
 LARGEST_SIZE: Final = 255  # larger prints are taken as of this size
-LEAST_PRINTS: Final = 500  # from which the mean of a size is estimated
-USUAL_MEAN: Final = 0.73  # of fewer, those of synthetic prints
-USUAL_DEVIATION: Final = 0.335
 LEAST_VARIANCE: Final = 0.1  # in relation to the mean one of all sizes
 _LOG_SIZE: Final = np.log(np.arange(LARGEST_SIZE + 1) + float(SIZE_OFFSET))
 
@@ -27,21 +24,16 @@ def size_normalized(
     It is the Z-norm of biometric scores, by the size of the reference, in minutiae; `scores` and
     `sizes` have shape (N,). Mean and variance are linear in the logarithm of the size, and fitted
     to these scores, few of which are of mates: which prints they are matters, not their order.
-    Of fewer than 500 prints the usual ones are returned.
 
     Examples
     --------
-    >>> few = np.array([14, 20, 30])
-    >>> size_normalized(few, sizes=np.array([15, 15, 40]), probe_size=35).round(2).tolist()
-    [-0.09, 0.81, 0.06]
+    >>> some = np.array([14, 20, 30])
+    >>> size_normalized(some, sizes=np.array([15, 15, 40]), probe_size=35).round(2).tolist()
+    [-1.0, 1.0, -0.0]
     """
     size = np.minimum(sizes, LARGEST_SIZE).astype(np.intp)
     divisor = np.minimum(np.arange(LARGEST_SIZE + 1), probe_size) + float(SIZE_OFFSET)
     normalized: NDArray[np.float64] = scores / divisor[size]
-    if len(size) < LEAST_PRINTS:
-        normalized -= USUAL_MEAN
-        normalized /= USUAL_DEVIATION
-        return normalized
     # sums of whole numbers: exact, in any order
     whole = scores.astype(np.float64)
     count, total, squares = (

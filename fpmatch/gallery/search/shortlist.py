@@ -6,7 +6,8 @@ the prints that are compared whole.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from itertools import chain
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -24,13 +25,13 @@ if TYPE_CHECKING:
 
 # What the stages pass on at effort 1; see docs/explanation/searching.md.
 LEAST_BY_TERMS: Final = 2000
-SHARE_BY_TERMS: Final = 0.011
+SHARE_BY_TERMS: Final = 0.015
 LEAST_BY_DESCRIPTORS: Final = 120
-SHARE_BY_DESCRIPTORS: Final = 0.00025
-UNIT: Final = 256  # of the agreement of prints: a standard deviation
-AGREEMENT_WEIGHT: Final = 0.3 / UNIT
-"""What the agreement adds to the normalized score of the bit descriptors."""
-SAMPLE: Final = 65_536  # prints, about, by which a standard deviation is estimated
+SHARE_BY_DESCRIPTORS: Final = 0.0002
+SIZE_WEIGHT: Final = 0.5  # of the logarithm of the share of prints that are not larger
+VOTES_WEIGHT: Final = 0.07  # of the square of the votes, where descriptors are known
+SAMPLE: Final = 65_536  # prints, about, by which means and deviations are estimated
+SEGMENTS_AT_ONCE: Final = 4  # of one thread, before it takes others
 
 
 def shortlist(
@@ -44,16 +45,27 @@ def shortlist(
 
     Also return how many prints each stage has passed on.
     """
-    segments = index.segments
-    size = len(index.numbers)
+    segments, size = index.segments, len(index.numbers)
+    if not size:  # all are damaged
+        return [], (0, 0)
     by_descriptors = effort * max(LEAST_BY_DESCRIPTORS, round(SHARE_BY_DESCRIPTORS * size))
     by_descriptors = max(by_descriptors, least)
     by_terms = effort * max(LEAST_BY_TERMS, round(SHARE_BY_TERMS * size))
     terms = probe_terms(probe, unoriented=unoriented_share(segments))
-    counted = threads.map(lambda segment: segment.votes(terms), segments)
-    both = np.concatenate([np.empty((2, 0), np.uint16), *counted], axis=1)
-    agreed = agreement(both[:, index.stored])
-    first = most_agreeing(agreed, max(by_terms, by_descriptors))
+    counted = threads.map(lambda some: [one.votes(terms) for one in some], _chunks(segments))
+    both = np.concatenate([*chain.from_iterable(counted)], axis=1)
+    sizes = np.concatenate([segment.size for segment in segments])
+    if not index.in_order:
+        both, sizes = both[:, index.stored], sizes[index.stored]
+    step = 1 + size // SAMPLE
+    mean, deviation = both[:, ::step].mean(axis=1), both[:, ::step].std(axis=1)
+    scale = (1.0 / np.maximum(deviation, 1.0)).astype(np.float32)
+    of_size = by_size(sizes[::step])
+    agreed = both[0] * scale[0]
+    agreed += both[1] * scale[1]
+    agreed += of_size.take(sizes)
+    most = min(max(by_terms, by_descriptors), size)
+    first = np.flatnonzero(agreed >= np.partition(agreed, size - most)[size - most])
     first = first[np.argsort(index.stored[first])]
     places = index.stored[first]
     start = np.cumsum([0, *map(len, segments)])
@@ -62,48 +74,32 @@ def shortlist(
         (segment, places[bounds[k] : bounds[k + 1]] - start[k])
         for k, segment in enumerate(segments)
     ]
-    scores = np.concatenate(
-        [np.empty(0, np.int32), *threads.map(lambda part: part[0].scores(probe, part[1]), parts)]
-    )
-    sizes = np.concatenate([np.empty(0, np.uint8), *(one.size for one in segments)])[places]
+    scored = threads.map(lambda some: [one.scores(probe, k) for one, k in some], _chunks(parts))
+    scores = np.concatenate([*chain.from_iterable(scored)])
     # Either finds mates that the other loses: votes need a mesh that both prints have,
-    # descriptors the ridges around the minutiae.
-    combined = size_normalized(scores, sizes, len(probe)) + AGREEMENT_WEIGHT * agreed[first]
+    # descriptors the ridges around the minutiae. By chance, few prints have very many votes.
+    votes = np.maximum(both[0, first] - mean[0], 0.0) * scale[0]
+    combined = size_normalized(scores, sizes[first], len(probe)) + of_size[sizes[first]]
+    combined += VOTES_WEIGHT * votes * votes + both[1, first] * scale[1]
     second = first[np.argsort(-combined, kind="stable")[:by_descriptors]]
     return np.sort(index.numbers[second]).tolist(), (len(first), len(second))
 
 
-def agreement(counted: NDArray[np.uint16]) -> NDArray[np.uint16]:
-    """Return how far prints agree with a probe, (N,), by the numbers of `Segment.votes`, (2, N).
+def by_size(sizes: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Return what is added for each size of a print, (256,), by the `sizes` of many in a gallery.
 
-    It is the sum of votes and similarity of the embeddings, each divided by its standard deviation
-    in the gallery, in 256ths.
-
-    Examples
-    --------
-    >>> agreement(np.array([[0, 0, 300], [500, 700, 600]], np.uint16)).tolist()
-    [1567, 2194, 2424]
-    """
-    if not counted.size:
-        return np.empty(0, np.uint16)
-    deviation = counted[:, :: 1 + counted.shape[1] // SAMPLE].std(axis=1)
-    scale = (UNIT / np.maximum(deviation, 1.0)).astype(np.float32)
-    total = counted[0] * scale[0] + counted[1] * scale[1]
-    agreed: NDArray[np.uint16] = np.minimum(total, 65_535).astype(np.uint16)
-    return agreed
-
-
-def most_agreeing(agreed: NDArray[np.uint16], most: int) -> NDArray[np.intp]:
-    """Return the places, ascending, of the `most` prints that agree most; of equals, the first.
+    Mates with few minutiae have few votes and words. The fewer prints are as small, the more is
+    added, in standard deviations of votes: nothing where all are of one size.
 
     Examples
     --------
-    >>> most_agreeing(np.array([3, 1, 7, 3, 3], np.uint16), 3).tolist()
-    [0, 2, 3]
+    >>> by_size(np.array([12, 30, 40, 40], np.uint8))[[12, 30, 40]].round(2).tolist()
+    [0.46, 0.26, 0.0]
     """
-    if len(agreed) <= most:
-        return np.arange(len(agreed))
-    least = np.partition(agreed, len(agreed) - most)[len(agreed) - most]
-    chosen = agreed > least
-    chosen[np.flatnonzero(agreed == least)[: most - np.count_nonzero(chosen)]] = True
-    return np.flatnonzero(chosen)
+    not_larger = 1 + np.cumsum(np.bincount(sizes, minlength=256))
+    added: NDArray[np.float64] = -SIZE_WEIGHT * np.log(not_larger / not_larger[-1])
+    return added.astype(np.float32)
+
+
+def _chunks(rows: list[Any]) -> list[list[Any]]:
+    return [rows[k : k + SEGMENTS_AT_ONCE] for k in range(0, len(rows), SEGMENTS_AT_ONCE)]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.gallery.batch.sources import unpack
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.database import make_database
@@ -74,7 +74,7 @@ def extract_folders(folders: Sequence[Path], workers: int | None = None) -> list
 def extract_datasets(datasets: Sequence[Dataset], workers: int | None = None) -> list[Dataset]:
     """Return databases with the templates of their prints."""
     extracted = []
-    with processes(workers) as engine:
+    with make_engine(workers) as engine:
         for dataset in datasets:
             made = DatasetSource(dataset).templates(engine, range(len(dataset.impressions)))
             templates = (None if one.data is None else unpack(one.data) for one in made)

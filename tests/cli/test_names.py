@@ -124,7 +124,7 @@ CASES = {
     "enrol": [
         ("{out}/new.db {dir} --pattern {pattern} --workers 1", 1),
         ("{out}/new.db {manifest} --workers 1 --json", 1),
-        ("{out}/new.db {dir}/.. --by-folder --workers 1 --json", None),
+        ("{out}/new.db {dir}/.. --workers 1 --json", None),
     ],
     "identify": [
         ("{gallery} {dir} --workers 1 --json", 0),

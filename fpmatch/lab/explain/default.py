@@ -12,8 +12,8 @@ import numpy as np
 from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
 from fpmatch.lab.explain import pictures as draw
 from fpmatch.lab.explain.pictures import FRAME_NAME, Ring, Side, Step, clearest
+from fpmatch.matching import constants as fixed
 from fpmatch.matching import reference as method
-from fpmatch.matching.constants import comparison as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline.evidence import FEATURES, amount_terms, load_weights
 from fpmatch.matching.reference.evidence import features_of, most_decades

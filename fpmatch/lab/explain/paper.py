@@ -47,7 +47,7 @@ class PaperMethod:
         cls, probe: GivenPrint, reference: GivenPrint, matcher: PaperMatcher
     ) -> PaperMethod:
         """Take the steps on the positions of minutiae, at 500 dpi."""
-        p, q = (matcher.prepare(one.template).at_500_dpi for one in (probe, reference))
+        p, q = (matcher.prepare(one.template)[0] for one in (probe, reference))
         sides = _side("P", probe.name, p, probe), _side("Q", reference.name, q, reference)
         return cls(sides, (p, q), matcher.parameters, matcher.parameters.rho)
 

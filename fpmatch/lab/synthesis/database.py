@@ -21,7 +21,7 @@ from fpmatch._version import __version__
 from fpmatch.base.folders import remove_unfinished
 from fpmatch.base.output import atomic_write_bytes, reason
 from fpmatch.errors import DatasetError, OutputError
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress
 from fpmatch.lab.synthesis.impression import TRUTH_FOLDER, finger_truth, impression_truth
@@ -161,7 +161,7 @@ def make_database(
             files = {n: _files(folder, n, plan) for n in numbers}
             missing = [n for n in numbers if not all(path.is_file() for path in files[n])]
             progress(STAGE, fingers - len(missing), fingers)
-            engine = processes(workers if len(missing) > 1 else 1)
+            engine = make_engine(workers if len(missing) > 1 else 1)
             with closing(engine.map(partial(_make_finger, folder), plan, missing)) as made:
                 for done, _ in enumerate(made, fingers - len(missing) + 1):
                     progress(STAGE, done, fingers)

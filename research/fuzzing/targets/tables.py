@@ -9,7 +9,7 @@ import numpy as np
 
 from fpmatch.gallery.batch.plan import iterate_pairs
 from fpmatch.gallery.encryption.keys import Key, load_keys
-from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
+from fpmatch.gallery.listing.manifest import kind_of, read_manifest
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
 from fpmatch.lab.evaluation.run import evaluate_scores
@@ -89,7 +89,7 @@ def _manifest() -> Reader:
         path = written("manifest.csv", data)
         for name in names:
             (path.parent / name).touch()
-        is_manifest(path)
+        kind_of(path)
         return [text for one in read_manifest(path) for text in (one.name, str(one.label))]
 
     more = b"path;subject;finger;impression;dpi\n101_1.tif;ada;left;1;500\n102_1.tif;bob;left;;\n"

@@ -129,8 +129,7 @@ def points(
     names = printable(p), printable(q)
     tables = load_table(p), load_table(q)
     try:
-        sets = (table.points for table in tables)
-        match = match_points(*sets, reflect=reflect, **given)
+        match = match_points(*(table.points for table in tables), reflect=reflect, **given)
     except PointSetError as error:  # which may be of a set, by its letter
         letter, colon, why = str(error).partition(": ")
         name = dict(zip("pq", names, strict=True)).get(letter, letter)

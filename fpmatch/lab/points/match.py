@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.lab.points.triangles.given_set import GivenSet, check_tolerance
 from fpmatch.lab.points.triangles.matcher import (
@@ -24,6 +22,7 @@ from fpmatch.pointset.paper.matcher import (
 )
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
 POINT_MATCHERS: Final = ("triangles", "paper", "van-wamelen")
@@ -31,7 +30,6 @@ POINT_MATCHERS: Final = ("triangles", "paper", "van-wamelen")
 DEFAULT_LAMBDA: Final = 0.61
 """λ of the paper's experiments with the least ρ, in mean nearest-neighbour distances of Q."""
 
-_FLIP: Final = np.array([1.0, -1.0])
 _TRIALS: Final = 2  # searches of a set and its mirror image: chance has twice the opportunity
 
 
@@ -118,7 +116,7 @@ def match_points(
     match = search(points)
     if not reflect:
         return match
-    flipped = search(points * _FLIP)
+    flipped = search(points * (1.0, -1.0))
     if flipped.transform is not None:
         flipped = replace(flipped, transform=replace(flipped.transform, mirrored=True))
     # where chance is not estimated, or below what a float holds, more pairs are better

@@ -8,6 +8,8 @@ order of its cells.
 import cython
 import numpy as np
 
+COMPILED = cython.compiled
+
 _MOST = cython.declare(cython.int, 12)  # points that are considered as partners of one, at most
 _LEAST_RISE = cython.declare(cython.double, 0.001)  # of a price, in squared tolerances
 
@@ -16,10 +18,9 @@ _LEAST_RISE = cython.declare(cython.double, 0.001)  # of a price, in squared tol
 def refine(p, grid, t2, max_rounds, owner, partner, distance2, visits, move):
     """Pair nearest points and refit, in turn, until the number of pairs is stable.
 
-    Of points that are nearest to one, the nearest is paired with it. The first round has twice the
-    tolerance, in area. ``move`` is refitted in place; ``partner`` receives the point of Q of each
-    of P or -1, ``distance2`` its squared distance, and ``owner`` the inverse of ``partner``; both
-    are all -1 before the first call, and stay together.
+    The first round has twice the tolerance, in area. ``move`` is refitted in place; ``partner``
+    receives the point of Q of each of P or -1, ``distance2`` its squared distance, and
+    ``owner`` the inverse of ``partner``; both are all -1 before the first call, and stay together.
     ``visits`` (1,) counts the points overlaid. Return the number of points of P inside the grid, or
     -1 where so few have partners that any would fit, or these do not determine a transform.
     """
@@ -39,20 +40,7 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, visits, move):
             if x < grid.x0 or y < grid.y0 or x > grid.x1 or y > grid.y1:
                 continue
             inside += 1
-            at = grid.nearest(x, y, reach2)
-            if at < 0:
-                continue
-            x, y = x - grid.x[at], y - grid.y[at]
-            distance2[i] = x * x + y * y
-            held: cython.int = owner[at]
-            if held < 0:
-                pairs += 1
-            elif distance2[held] <= distance2[i]:
-                continue
-            else:
-                partner[held] = -1
-            owner[at] = i
-            partner[i] = at
+            pairs += _claim(grid, x, y, reach2, i, owner, partner, distance2)
         if pairs <= 2:
             return -1
         if round_ > 0 and pairs == before:
@@ -61,6 +49,26 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, visits, move):
         if not fit_partners(p, grid, partner, move):
             return -1
     return inside
+
+
+def _claim(grid, x, y, reach2, i, owner, partner, distance2):
+    """Pair point i, moved to (x, y), with the nearest point, unless that has a nearer partner.
+
+    Return by how much the number of pairs grows.
+    """
+    at = grid.nearest(x, y, reach2)
+    if at < 0:
+        return 0
+    x, y = x - grid.x[at], y - grid.y[at]
+    distance2[i] = x * x + y * y
+    held = owner[at]
+    if held >= 0:
+        if distance2[held] <= distance2[i]:
+            return 0
+        partner[held] = -1
+    owner[at] = i
+    partner[i] = at
+    return 0 if held >= 0 else 1
 
 
 @cython.locals(i=cython.int, held=cython.int, near=cython.int[::1], near2=cython.double[::1])

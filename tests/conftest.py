@@ -18,7 +18,7 @@ from PIL import Image
 import fpmatch
 from fpmatch.base.kernels import compiled_kernels
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 # `research` and the benchmarks are not installed. The root stands last on the path: it holds the

@@ -7,9 +7,13 @@ in pixels at 500 dpi.
 from __future__ import annotations
 
 import math
+from importlib.util import find_spec
 from typing import Final
 
 import numpy as np
+
+_KERNEL: Final = find_spec("fpmatch.matching.pipeline._kernels._pipeline_kernel")
+COMPILED: Final = _KERNEL is not None and not str(_KERNEL.origin).endswith(".py")
 
 # Prepared prints
 ORIENTATIONS: Final = 255  # steps of ridge orientation in half a turn; one code is left

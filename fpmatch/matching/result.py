@@ -36,7 +36,6 @@ Identity = Literal["pixels", "template"]  # what of two prints is the same
 
 PLUG_IN: Final = "plug-in"  # the code of errors of matchers of other packages
 _NO_PAIRS: Final = np.empty((0, 2), np.int32)
-UNKNOWN_RESOLUTION: Final = "unknown resolution"  # a code of `Shortage`
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,6 +249,5 @@ def _what_is_wrong(comparison: Any) -> str:
         return f"a similarity of {float(similarity)!r}, where it is 0 or more"
     if not isinstance(transform, Similarity | None):
         return f"a transform that is {type(transform).__name__}, not Similarity or None"
-    if not (isinstance(pairs, np.ndarray) and pairs.dtype.kind in "iu" and pairs.ndim == 2):
-        return "pairs that are not an array of indices"
-    return "" if pairs.shape[1] == 2 else "pairs that do not have two columns"
+    whole = isinstance(pairs, np.ndarray) and pairs.dtype.kind in "iu"
+    return "" if whole and pairs.shape[1:] == (2,) else "pairs that are not indices (K, 2)"

@@ -17,7 +17,6 @@ from fpmatch.matching.result import (
     INCONCLUSIVE,
     MATCH,
     NO_MATCH,
-    UNKNOWN_RESOLUTION,
     Shortage,
     call_matcher,
     check_repeats,
@@ -229,11 +228,8 @@ def decide(
         if dpi_assumed and scale is not None:
             sides = " and ".join(f"the {side}" for side in dpi_assumed)
             message = f"the resolution of {sides} is unknown, and at another one the prints match"
-            shortage = Shortage(UNKNOWN_RESOLUTION, message)
-        by_rule = (
-            "the score is below the threshold" if rule.rho is None else "too few minutiae agree"
-        )
-        reason = (evidence.reason or by_rule) if shortage is None else shortage.message
+            shortage = Shortage("unknown resolution", message)
+        reason = shortage.message if shortage else evidence.reason or "too little agrees"
         if (mirrored := _mirrored_score(rule, probe[0], references)) is not None:
             reason += f"; {MIRRORED.format(mirrored)}"
     identical: Identity | None = None

@@ -39,7 +39,7 @@ def test_more_than_rho_matches_and_rho_itself_does_not():
     below = verify(probe, reference, matcher=PaperMatcher(rho=share - 0.01))
     assert (at.match, below.match) == (False, True)
     assert (at.rho, below.rho) == (share, share - 0.01)
-    assert at.reason == "too few minutiae agree"
+    assert at.reason == "too little agrees"
 
 
 def test_a_threshold_decides_by_the_score_instead_of_rho():

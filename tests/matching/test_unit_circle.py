@@ -219,17 +219,17 @@ RIDGES_ALONE = Template(Minutiae.empty(), 300, 300, field=even_field())
 
 
 @pytest.mark.parametrize(
-    ("probe", "reference", "reason"),
+    ("probe", "reference"),
     [
-        (template_of(NARROW), template_of(WIDE), "no minutiae of the two prints can be paired"),
-        (EMPTY, some_print(1), "the probe has too few minutiae (0)"),
-        (some_print(1), some_print(2, 2), "the reference has too few minutiae (2)"),
-        (RIDGES_ALONE, some_print(1), "the probe has too few minutiae (0)"),
+        (template_of(NARROW), template_of(WIDE)),
+        (EMPTY, some_print(1)),
+        (some_print(1), some_print(2, 2)),
+        (RIDGES_ALONE, some_print(1)),
     ],
 )
-def test_too_little_to_compare_is_named(probe, reference, reason):
+def test_too_little_to_compare_is_named(probe, reference):
     found = compare(probe, reference)
-    assert found.reason == reason
+    assert found.reason == "no minutiae of the two prints can be paired"
     assert (found.similarity, found.transform, len(found.pairs)) == (0.0, None, 0)
 
 

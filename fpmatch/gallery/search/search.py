@@ -19,7 +19,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.compare import PreparedPrints, packs, similarities
 from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.result import call_matcher, check_repeats, compare_prepared, named
 

@@ -15,12 +15,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from fpmatch.matching import reference as method
-from fpmatch.matching.compiled import COMPILED
-from fpmatch.matching.constants import MIN_MINUTIAE
+from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.evidence import Evidence, amount_terms, as_similarity, main_reason
-from fpmatch.matching.prints.prepared import encode_scaled, lies_off_ridges
+from fpmatch.matching.prints import prepared as prints
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.prefilter import descriptor_similarity
 from fpmatch.matching.reference.ridges import ridge_map
@@ -40,11 +39,10 @@ if COMPILED:
     from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
     from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-    from fpmatch.matching.prints.prepare import prefilter_of, prepare, score_descriptors
+    from fpmatch.matching.prints.prepare import encode, prefilter_of, prepare, score_descriptors
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
-FEW_MINUTIAE: Final = 3  # fewer match by the ridges round them, if at all
 MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
 MIN_AT_SCALE: Final = 50  # descriptor similarity; 67 is the least of 984 prints of a wrong dpi
 PREPARED_KEPT: Final = 64  # views and indices of prints, used last: a fifth of a megabyte each
@@ -83,21 +81,23 @@ class UnitCircleMatcher(Matcher):
         but the direction of the transform. The prefilter rejects none if `in_any_case`.
         """
         a, b, swapped = _in_order(probe, reference)
-        if min(len(a), len(b)) < MIN_MINUTIAE:
-            return nothing_found(too_few(probe, reference))
-        # of two equal prints neither comes first: the reference takes the identity
+        if not len(a) or not len(b):
+            return nothing_found(UNPAIRED)
         same = a.key == b.key
-        if self.by_reference or same:
+        if self.by_reference:
             rejected = 0.0 if in_any_case or same else method.rejected(a, b, self.parameters)
             matched = None if rejected else method.match(a, b, self.parameters)
         else:
             pipeline, view = pipeline_for(probe, self.parameters), view_of(reference)
-            rejected = 0.0 if in_any_case else pipeline.rejected(view, swapped)
+            rejected = 0.0 if in_any_case or same else pipeline.rejected(view, swapped)
             matched = None if rejected else _matched_by(pipeline, view, a, b, swapped)
+            # of two equal prints neither comes first: only the identity is its own inverse
+            if same and not (matched and _is_identity(matched[0])):
+                matched = method.match(a, b, self.parameters)
         if rejected:
             return nothing_found(UNLIKE, as_similarity(rejected))
         if matched is None:
-            return nothing_found(too_few(probe, reference) or UNPAIRED)
+            return nothing_found(UNPAIRED)
         return AlignedComparison(a, b, swapped, *matched)
 
     def explain(
@@ -124,7 +124,7 @@ class UnitCircleMatcher(Matcher):
         region = prepared.region
         area, shown = region.inside * region.step**2, region.ridges is not None
         held = self.parameters.beyond_share > 0.0
-        minutiae = 0 if held and lies_off_ridges(prepared) else len(prepared)
+        minutiae = 0 if held and prints.lies_off_ridges(prepared) else len(prepared)
         _, x, _, y, _ = amount_terms(minutiae, area)
         return np.array([minutiae, area, shown, x, y])
 
@@ -147,12 +147,11 @@ class UnitCircleMatcher(Matcher):
         """
         p, ours = self.parameters, reference.bit_descriptors
         known = probe.points, probe.quality, probe.neighbourhoods, probe.region, p
-        theirs = encode_scaled(*known, ratios)
         if self.by_reference:
-            scores = [descriptor_similarity(ours, bits, p) for bits in theirs]
+            scores = [descriptor_similarity(ours, prints.encode(*known, k), p) for k in ratios]
         else:
             tables = prefilter_of(ours, p)
-            scores = [score_descriptors(tables, bits) for bits in theirs]
+            scores = [score_descriptors(tables, encode(*known, k)) for k in ratios]
         return [k for k, value in zip(ratios, scores, strict=True) if value >= MIN_AT_SCALE]
 
 
@@ -173,6 +172,12 @@ def _in_order(
     """Return the prints in the order of their content, and whether the reference comes first."""
     swapped = reference.key < probe.key
     return (reference, probe, True) if swapped else (probe, reference, False)
+
+
+def _is_identity(pairing: Pairing) -> bool:
+    """Return whether each minutia is paired with the same one, by the transform that moves none."""
+    every = np.arange(len(pairing.partner))
+    return pairing.move == (1 + 0j, 0j) and np.array_equal(pairing.partner, every)
 
 
 def _matched_by(
@@ -233,16 +238,6 @@ class AlignedComparison(Comparison):
         """Return where the ridges agree; None where they were not compared."""
         a, b, swapped = self._order
         return ridge_map(a, b, self.pairing, swapped=swapped) if self.detail.cells else None
-
-
-def too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
-    """Return which side has too few minutiae to match; "" if neither."""
-    few = [
-        f"the {name} has too few minutiae ({len(side)})"
-        for name, side in (("probe", probe), ("reference", reference))
-        if len(side) < FEW_MINUTIAE
-    ]
-    return "; ".join(few)
 
 
 def pipeline_for(probe: PreparedTemplate, parameters: MatchParameters = USUAL) -> Pipeline:

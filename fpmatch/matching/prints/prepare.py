@@ -60,18 +60,20 @@ def encode(
     neighbours: Neighbourhoods,
     region: PrintArea,
     parameters: MatchParameters,
+    scale: float = 1.0,
 ) -> BitDescriptors:
-    """Encode the minutiae (4, N) of a print as `encode_scaled` does for one scale."""
+    """Encode the minutiae (4, N) of a print as `prepared.encode` does."""
     r, n, count, frame = region, len(quality), neighbours.count, neighbours.frame
     coded, direction_bin = which_encoded(quality).view(np.uint8), direction_bins(points)
     angle = np.arctan2(frame[:, 3], frame[:, 2])
     neighbour_bits = np.empty((n, fixed.NEIGHBOUR_WORDS), np.uint16)
-    encode_neighbours(count, frame, angle, coded, 1.0 / parameters.cell_px, neighbour_bits)
+    encode_neighbours(count, frame, angle, coded, scale / parameters.cell_px, neighbour_bits)
     orientation_bins = np.full((n, fixed.ORIENTATION_WORDS), fixed.UNKNOWN_BIN, np.uint8)
     if r.has_flow:
-        place = r.code, r.first_row, r.first_column, r.step
-        encode_orientations(points, direction_bin, *place, fixed.FLOW_PLACES, orientation_bins)
-    xy = np.ascontiguousarray(points[:2].T, np.float32)
+        area = r.code, r.first_row, r.first_column, r.step
+        places = fixed.FLOW_PLACES / scale
+        encode_orientations(points, direction_bin, *area, places, orientation_bins)
+    xy = np.ascontiguousarray(scale * points[:2].T, np.float32)
     return BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, r.has_flow)
 
 

@@ -22,14 +22,14 @@ from __future__ import annotations
 import cmath
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fpmatch.matching import constants as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline.evidence import load_weights
-from fpmatch.matching.prints.prepared import encode_scaled, prepare_by
+from fpmatch.matching.prints.prepared import encode, prepare_by
 from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
 from fpmatch.matching.reference.evidence import weigh
 from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
@@ -42,17 +42,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from fpmatch.matching.pipeline.evidence import Evidence
-    from fpmatch.matching.prints.prepared import BitDescriptors, PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their rings."""
-    return prepare_by(neighbourhoods, _encode, template, parameters)
-
-
-def _encode(*given: Any) -> BitDescriptors:
-    return encode_scaled(*given)[0]
+    return prepare_by(neighbourhoods, encode, template, parameters)
 
 
 def rejected(

@@ -9,7 +9,7 @@ from made_prints import entry_of
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.search import Search
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="rights are those of the folder there")
 

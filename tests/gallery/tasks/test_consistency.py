@@ -9,7 +9,7 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.rows import pack_entry
 from fpmatch.gallery.tasks.consistency import check_fingers, find_unmatched
 from fpmatch.gallery.tasks.enrol import Enrolment
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 
 
 def entries(*prints):

@@ -1,6 +1,7 @@
 """What several tests share: templates and pictures of prints that never were."""
 
 import csv
+import os
 import re
 import shutil
 import subprocess
@@ -185,7 +186,9 @@ def run():
     """Return a function that runs ``fpmatch`` with the given words, in this process."""
 
     def run_words(*words, **options):
-        return CliRunner().invoke(main, [*map(str, words)], prog_name="fpmatch", **options)
+        kept = {"FPMATCH_KEY": os.environ.get("FPMATCH_KEY")}  # which --key sets
+        runner = CliRunner(env=kept)
+        return runner.invoke(main, [*map(str, words)], prog_name="fpmatch", **options)
 
     return run_words
 

@@ -192,19 +192,6 @@ def compare_prepared(matcher: Matcher, probe: Any, reference: Any) -> Comparison
     return comparison
 
 
-def check_repeats(matcher: Matcher, probe: Any, reference: Any, similarity: float) -> None:
-    """Raise MatcherError where a plug-in gives another similarity for a comparison made before."""
-    if is_own(matcher):
-        return
-    again = compare_prepared(matcher, probe, reference).similarity
-    if again != similarity:
-        raise MatcherError(
-            f"matcher {matcher.name}: compare changes its answer: "
-            f"{float(similarity)!r}, then {float(again)!r}",
-            code=PLUG_IN,
-        )
-
-
 def call_matcher(matcher: Any, method: str, *given: Any) -> Any:
     """Call a method of a matcher; raise MatcherError where that of a plug-in fails."""
     call = getattr(matcher, method)

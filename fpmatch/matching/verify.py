@@ -19,7 +19,6 @@ from fpmatch.matching.result import (
     NO_MATCH,
     Shortage,
     call_matcher,
-    check_repeats,
     compare_prepared,
 )
 from fpmatch.matching.scale import find_scale, measure_scale
@@ -180,7 +179,6 @@ def verify(
     rule = Rule.of(matcher, threshold, calibration)
     ours, theirs = (call_matcher(rule.matcher, "prepare", one) for one in (probe, reference))
     comparison = compare_prepared(rule.matcher, ours, theirs)
-    check_repeats(rule.matcher, ours, theirs, comparison.similarity)
     score = rule.score(comparison.similarity)
     if allowance and rule.rho is None:
         score = max(0.0, score - allowance)

@@ -6,22 +6,23 @@ import asyncio
 import json
 import logging
 import math
+import multiprocessing
 import os
 import queue
-import signal
-from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from contextlib import AsyncExitStack, asynccontextmanager
 from logging.handlers import QueueHandler
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 import anyio
-from anyio import to_process
+from anyio import to_thread
 
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.engine.worker import keep_single_threaded
+from fpmatch.gallery.engine.worker import init_worker
 from fpmatch.server.errors import BUSY, ClientGoneError, RequestError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
+    from multiprocessing.connection import Connection
 
     from anyio.abc import TaskGroup
     from fastapi import Request
@@ -33,6 +34,23 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 
 _START_S: Final = 120.0  # that a process may take to import what it needs
+
+
+class _Process:
+    """A worker process, which does one work after another."""
+
+    def __init__(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, other = context.Pipe()
+        self._process = context.Process(target=_do_all, args=(other,))
+        self._process.start()
+        other.close()
+        self.is_alive, self.kill = self._process.is_alive, self._process.kill
+
+    def do(self, work: Callable[..., object], args: tuple[Any, ...]) -> _Outcome:
+        """Return the outcome of ``work(*args)``; EOFError or OSError if the process ends."""
+        self._pipe.send((work, args))
+        return cast("_Outcome", self._pipe.recv())
 
 
 class Pool:
@@ -47,24 +65,28 @@ class Pool:
     def __init__(self, settings: Settings) -> None:
         self._limits = settings.limits
         self._workers = settings.processes
-        self._turns = anyio.Semaphore(self._workers)
+        self._turns = anyio.Semaphore(0)  # as many as there are idle processes
         self._gallery_turns = anyio.Semaphore(settings.workers)
+        self._all: set[_Process] = set()
+        self._idle: list[_Process] = []
+        self._threads = anyio.CapacityLimiter(math.inf)
         self._replacements: TaskGroup | None = None
 
     @asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
         """Start all processes, so that no request waits for imports; replace those that end."""
-        to_process.WORKER_MAX_IDLE_TIME = math.inf  # type: ignore[assignment]
         async with anyio.create_task_group() as group:
-            async with anyio.create_task_group() as first:
-                for _ in range(self._workers):
-                    first.start_soon(self._in_turn, _START_S, _warm_up)
-            self._replacements = group
             try:
+                async with anyio.create_task_group() as first:
+                    for _ in range(self._workers):
+                        first.start_soon(self._start)
+                self._replacements = group
                 yield
             finally:
                 self._replacements = None
                 group.cancel_scope.cancel()
+                for process in self._all:
+                    process.kill()
 
     async def run(
         self, request: Request, work: Callable[..., Result], *args: Any, gallery: bool = False
@@ -85,8 +107,6 @@ class Pool:
         finally:
             doing.cancel()
             gone.cancel()
-            with anyio.CancelScope(shield=True):
-                await asyncio.gather(doing, gone, return_exceptions=True)
 
     async def prepare(self, work: Callable[..., object], *args: Any) -> None:
         """Do work on the gallery that no request waits for, however long it takes."""
@@ -105,64 +125,65 @@ class Pool:
             with anyio.move_on_after(self._limits.wait_seconds) as waiting:
                 if of:
                     await entered.enter_async_context(self._gallery_turns)
-                await entered.enter_async_context(self._turns)
+                process = await self._next()
             if waiting.cancelled_caught:
                 raise RequestError(BUSY, status=503)
-            return await self._done(seconds, work, args)
+            return await self._done(process, seconds, work, args)
+
+    async def _next(self) -> _Process:
+        """Return a process that is idle; those that ended meanwhile are replaced."""
+        while True:
+            await self._turns.acquire()
+            process = self._idle.pop()
+            if process.is_alive():
+                return process
+            self._replace(process)
 
     async def _done(
-        self, seconds: float, work: Callable[..., Result], args: tuple[Any, ...]
+        self, process: _Process, seconds: float, work: Callable[..., Result], args: tuple[Any, ...]
     ) -> Result:
         done = False
         try:
             with anyio.fail_after(seconds):
-                result, error, records = await self._in_living_process(work, args)
+                result, error, records = await to_thread.run_sync(
+                    process.do, work, args, abandon_on_cancel=True, limiter=self._threads
+                )
             done = True
         except TimeoutError as error:
             late = f"this took longer than {seconds:g} seconds and was stopped"
             raise RequestError(late, status=504) from error
-        except anyio.BrokenWorkerProcess as error:
+        except (EOFError, OSError) as error:
             ended = "the work could not be done: its process ended"
             raise RequestError(ended, status=500) from error
         finally:
-            if not done:
-                self._replace()
+            if done:
+                self._idle.append(process)
+                self._turns.release()
+            else:
+                self._replace(process)
         for record in records:
             logging.getLogger(record.name).handle(record)
         if error is not None:
             raise error
         return cast("Result", result)
 
-    async def _in_living_process(
-        self, work: Callable[..., Result], args: tuple[Any, ...]
-    ) -> _Outcome:
-        """Return the outcome of ``work(*args)``; processes that ended without work are replaced."""
-        free = anyio.CapacityLimiter(1)  # this pool has limited the call already
-        for attempt in range(self._workers + 1):
-            try:
-                # anyio forgets a process whose start is cancelled
-                with anyio.CancelScope(shield=True):
-                    await to_process.run_sync(os.getpid, limiter=free)
-                return await to_process.run_sync(
-                    _in_worker, work, args, cancellable=True, limiter=free
-                )
-            except anyio.BrokenWorkerProcess as error:
-                # what cannot be sent to a process has not been begun
-                unsent = isinstance(error.__cause__, anyio.BrokenResourceError)
-                if not unsent or attempt == self._workers:
-                    raise
-                self._replace()
-        raise AssertionError
-
-    def _replace(self) -> None:
-        """Start a process in place of one that ended."""
+    def _replace(self, process: _Process) -> None:
+        """Kill a process, and start another."""
+        process.kill()
+        self._all.remove(process)
         if self._replacements is not None:
-            self._replacements.start_soon(self._warm)
+            self._replacements.start_soon(self._start)
 
-    async def _warm(self) -> None:
-        # anyio may kill one that ends meanwhile
-        with suppress(RequestError, ProcessLookupError):
-            await self._in_turn(_START_S, _warm_up)
+    async def _start(self) -> None:
+        """Start a process, which is idle once it can work."""
+        process = _Process()
+        self._all.add(process)
+        try:
+            await self._done(process, _START_S, _warm_up, ())
+        except RequestError:
+            if self._replacements is None:  # the server does not start
+                raise
+        multiprocessing.active_children()  # which joins those that have ended
 
 
 async def _disconnected(request: Request) -> None:
@@ -181,31 +202,24 @@ def encoded(work: Callable[..., dict[str, Any]], *args: Any) -> bytes:
     return content.encode()
 
 
-_records: queue.SimpleQueue[logging.LogRecord] | None = None  # of this worker process
-
-
-def _in_worker(work: Callable[..., Any], args: tuple[Any, ...]) -> _Outcome:
-    """Call `work` in a worker process; return its result, or its error, and its log."""
-    global _records  # noqa: PLW0603
-    if _records is None:
-        _records = queue.SimpleQueue()
-        logging.getLogger().addHandler(QueueHandler(_records))
-        # a service manager sends SIGTERM to all processes of the server, which ends this one later
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        # libtiff writes to stderr about damaged files; the response contains the error
-        silent = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(silent, 2)
-        os.close(silent)
-        keep_single_threaded()
-    result: Any = None
-    failure: Exception | None = None
-    try:
-        result = work(*args)
-    except MemoryError:
-        failure = FpmatchError("not enough memory")
-    except Exception as error:  # noqa: BLE001  (raised in the server)
-        failure = error
-    return result, failure, [_records.get() for _ in range(_records.qsize())]
+def _do_all(pipe: Connection) -> None:
+    """Do what comes through a pipe, in a worker process; send the result or error, and the log."""
+    init_worker()
+    # libtiff writes to stderr about damaged files; the response contains the error
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    records = queue.SimpleQueue[logging.LogRecord]()
+    logging.getLogger().addHandler(QueueHandler(records))
+    while True:
+        work, args = pipe.recv()
+        result: Any = None
+        failure: Exception | None = None
+        try:
+            result = work(*args)
+        except MemoryError:
+            failure = FpmatchError("not enough memory")
+        except Exception as error:  # noqa: BLE001  (raised in the server)
+            failure = error
+        pipe.send((result, failure, [records.get() for _ in range(records.qsize())]))
 
 
 def _warm_up() -> None:

@@ -12,6 +12,7 @@ import socket
 import threading
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from hypercorn.asyncio import serve as serve_app
@@ -108,10 +109,12 @@ def serve(
                 loop.add_signal_handler(number, stop.set)
         await answer(app, bound.listener, bound.settings.limits, stop)
 
-    # Ctrl-C reaches the whole process group, and the server stops its workers: they inherit that
-    # the main thread receives none, and another thread receives it for this process
-    masks = {signal.SIGINT} if hasattr(signal, "pthread_sigmask") else set()
+    # Ctrl-C reaches the whole process group, SIGTERM of a service manager perhaps, and the server
+    # stops its workers: they inherit that the main thread receives none, and another thread
+    # receives it for this process
+    masks = {signal.SIGINT, signal.SIGTERM} if hasattr(signal, "pthread_sigmask") else set()
     if masks:
+        resource_tracker.ensure_running()  # it ends the mask of the thread that starts it
         threading.Thread(target=threading.Event().wait, daemon=True).start()
         signal.pthread_sigmask(signal.SIG_BLOCK, masks)
     try:

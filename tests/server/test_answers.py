@@ -5,6 +5,7 @@ import json
 import re
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
+from itertools import permutations
 from pathlib import Path
 
 import pytest
@@ -16,12 +17,11 @@ from PIL import Image
 from fpmatch.formats.files import load_template
 from fpmatch.gallery.encryption.keys import load_keys, make_keys
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.audit import check_audit, events_of, switch
 from fpmatch.image.skeleton._thin_kernel import COMPILED
 from fpmatch.matching.constants import IMPOSTOR_RIDGES
-from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.prints.reading import ASSUMED_DPI
+from fpmatch.server import gallery as gallery_work
 from fpmatch.server.gallery import describe_gallery, enrol_print
 from fpmatch.server.prints import LONGEST_NAME, Upload, shown_name
 from fpmatch.server.settings import STATIC, Limits, Role
@@ -48,7 +48,7 @@ def written(prints, tmp_path, monkeypatch):
 )
 def test_verify_answers_as_the_command_does(run, server, sent, reference, options, match):
     answer = server.post("/verify", files=sent(probe="1_1.png", reference=reference), data=options)
-    assert answer.status_code == 200
+    assert (answer.status_code, answer.headers["cache-control"]) == (200, "no-store")
     words = [f"--{name.replace('_', '-')}={value}" for name, value in options.items()]
     printed = json.loads(run("verify", "1_1.png", reference, "--json", *words).stdout)
     assert answer.json() == printed
@@ -72,10 +72,8 @@ def test_extract_returns_the_template_that_the_command_writes(run, server, print
     pair["probe"] = ("1_1.iso", other.content)
     of_minutiae = server.post("/compare", files=pair).json()["probe"]
     assert (of_minutiae["kind"], of_minutiae["ink"]) == ("template", None)
-    left, top, right, bottom = of_minutiae["extent"]
     x, y, *_ = zip(*of_minutiae["minutiae"], strict=True)
-    assert [left, right] == [round(min(x)), round(max(x))]
-    assert [top, bottom] == [round(min(y)), round(max(y))]
+    assert of_minutiae["extent"] == [*map(round, (min(x), min(y), max(x), max(y)))]
 
 
 def test_compare_views_and_overlays_show_the_same_comparison(server, sent):
@@ -102,13 +100,10 @@ def test_compare_views_and_overlays_show_the_same_comparison(server, sent):
     drawing = server.post("/overlay", files=files, data={"format": "svg", "side_by_side": "true"})
     assert drawing.headers["content-type"] == "image/svg+xml"
     assert drawing.text.startswith("<svg")
-    both = server.post("/overlay", files=files, data={"side_by_side": "true", "ridges": "true"})
-    assert both.status_code == 422
-    assert "exclude" in both.json()["error"]
 
 
 def test_prints_that_say_little_are_shown_with_notes(server, sent):
-    shown = server.post("/compare", files=sent(probe="untold.png", reference="blank.png")).json()
+    shown = server.post("/compare", files=sent(probe="untagged.tif", reference="blank.png")).json()
     assert shown["probe"]["notes"] == [ASSUMED_DPI]
     assert shown["reference"]["notes"] == []
     assert shown["result"]["match"] is False
@@ -152,8 +147,7 @@ def test_a_case_report_contains_notes_and_marks(server, sent):
 
 
 def test_many_at_once_get_each_its_own_answer(server, sent):
-    names = ["1_1.png", "1_2.png", "2_1.png"]
-    pairs = [(a, b) for a in names for b in names if a != b][: 6 if COMPILED else 1]
+    pairs = list(permutations(("1_1.png", "1_2.png", "2_1.png"), 2))[: 6 if COMPILED else 1]
 
     def ask(pair):
         return server.post("/verify", files=sent(probe=pair[0], reference=pair[1])).json()
@@ -178,6 +172,7 @@ def test_nothing_is_left_in_the_temporary_folder(sent, tmp_path, monkeypatch):
 def test_the_page_brings_all_it_needs(server):
     page = server.get("/")
     assert page.headers["content-type"].startswith("text/html")
+    assert page.headers["cache-control"] == "no-cache"
     named = set(re.findall(r'(?:src|href)="([\w.-]+\.(?:js|css|svg|html))"', page.text))
     assert {"main.js", "style.css"} <= named
     assert sum(path.stat().st_size for path in STATIC.iterdir()) < 90_000
@@ -192,22 +187,6 @@ def test_the_page_brings_all_it_needs(server):
     assert named | {"index.html"} == {path.name for path in STATIC.iterdir()}
 
 
-def test_every_answer_has_the_headers_of_safety(server):
-    answers = [server.get("/"), server.post("/x"), server.get("/", headers={"host": "evil"})]
-    for answer in (
-        *answers,
-        server.get("/about"),
-        server.get("/about", headers=bearer(Role.ADMIN)),
-    ):
-        policy = answer.headers["content-security-policy"]
-        assert "default-src 'none'" in policy
-        assert "script-src 'self'" in policy
-        assert "unsafe" not in policy
-        assert answer.headers["x-content-type-options"] == "nosniff"
-        assert answer.headers["cross-origin-resource-policy"] == "same-origin"
-    assert [one.headers["cache-control"] for one in answers[:2]] == ["no-cache", "no-store"]
-
-
 @given(st.text())
 def test_a_name_of_an_upload_is_one_short_line_without_folders(given_name):
     name = shown_name(given_name, "probe")
@@ -220,12 +199,9 @@ def test_a_name_of_an_upload_is_one_short_line_without_folders(given_name):
 
 
 def test_a_print_of_another_person_is_told_when_it_is_enrolled(prints, sent, http):
-    copy = io.BytesIO()
-    Image.open(io.BytesIO(prints["1_1.png"])).save(copy, "bmp", dpi=(500, 500))
-    for name in ("1_1.png", "2_1.png"):
-        done = http.post("/enrol", files=sent(image=name)).json()
-        assert (done["subject_existed"], done["unmatched"]) == (False, None)
-    files = {"image": ("2_2.bmp", copy.getvalue())}
+    done = http.post("/enrol", files=sent(image="2_1.png")).json()
+    assert (done["subject_existed"], done["unmatched"]) == (False, None)
+    files = {"image": ("2_2.png", prints["1_1.png"])}
     merged = http.post("/enrol", files=files).json()
     assert (merged["enrolled"], merged["subject_existed"]) == (True, True)
     assert merged["unmatched"].startswith("2_2 does not match 2_1: another finger")
@@ -303,31 +279,17 @@ def test_a_gallery_is_searched_compared_with_and_audited(run, sent, tmp_path, ga
     assert "score" not in text
 
 
-def test_a_new_print_is_compared_with_few_of_its_finger_before_it_is_stored(
-    gallery, prints, monkeypatch
-):
+def test_nothing_takes_long_once_a_print_is_stored_nor_to_count_them(gallery, prints, monkeypatch):
     open_gallery(gallery, create=True).close()
-    compared = []
-    matcher = get_matcher(DEFAULT_MATCHER)
-    real = type(matcher).compare
+    stored, read = [], []
 
-    def compare(self, *sides):
-        with open_gallery(gallery) as opened:
-            compared.append(len(opened))
-        return real(self, *sides)
+    def compare(opened, *_):
+        stored.append(len(opened))
 
-    def enrol(data, subject, impression=""):
-        label = Label(subject, "", impression)
-        return enrol_print(Upload("a.png", data, Limits()), str(gallery), label)
-
-    for k in range(12):  # the same minutiae in other files
-        enrol(prints["2_1.png"] + bytes(k), "ada", str(k))
-    monkeypatch.setattr(type(matcher), "compare", compare)
-    done = enrol(prints["1_1.png"], "ada", "new")
-    assert done["unmatched"].startswith("ada_new does not match ada_4 or 7 other impressions: ")
-    assert compared == [12] * 8
-    assert enrol(prints["1_2.png"], "eve")["unmatched"] is None
-    read = []
+    monkeypatch.setattr(gallery_work, "find_unmatched", compare)
+    for name in ("1_1.png", "2_1.png"):
+        enrol_print(Upload(name, prints[name], Limits()), str(gallery), None)
+    assert stored == [0, 1]
 
     def note(connection, cursor, statement, parameters, context, executemany):
         read.extend(re.findall(r"\bfpmatch_entry\.(\w+)", statement))
@@ -337,7 +299,7 @@ def test_a_new_print_is_compared_with_few_of_its_finger_before_it_is_stored(
         counted = describe_gallery(str(gallery))
     finally:
         sa.event.remove(sa.Engine, "before_cursor_execute", note)
-    assert (counted["impressions"], counted["subjects"]) == (14, 2)
+    assert (counted["impressions"], counted["subjects"]) == (2, 2)
     assert set(read) == {"subject"}  # which an index has: no row is read
 
 
@@ -352,15 +314,11 @@ def test_an_encrypted_gallery_is_used_with_its_key_and_named_without(
         listed = http.post("/identify", files=sent(probe="1_2.png")).json()["candidates"]
         assert listed[0]["subject"] == "1"
         assert http.get("/gallery").json()["keys"] == list(load_keys(source).ids)
-    with open_gallery(gallery, key=source) as opened:
-        ((_, template),) = opened.packed_templates()
-        key_id = opened.sealing().key_id
-    assert template not in gallery.read_bytes()
-    for elsewhere in ("", "file:/nowhere/secret-keys"):
-        monkeypatch.setenv("FPMATCH_KEY", elsewhere)
-        with serving(gallery=gallery) as http:
-            refused = http.post("/enrol", files=sent(image="2_1.png"))
-        assert refused.status_code == 500
-        why = "the gallery is encrypted, and the server has not its key: the log"
-        assert refused.json()["error"].startswith(why)
-        assert not any(word in refused.text for word in (key_id, "secret-keys", "nowhere"))
+    (key_id,) = load_keys(source).ids
+    monkeypatch.setenv("FPMATCH_KEY", "file:/nowhere/secret-keys")
+    with serving(gallery=gallery) as http:
+        refused = http.post("/enrol", files=sent(image="2_1.png"))
+    assert refused.status_code == 500
+    why = "the gallery is encrypted, and the server has not its key: the log"
+    assert refused.json()["error"].startswith(why)
+    assert not any(word in refused.text for word in (key_id, "secret-keys", "nowhere"))

@@ -111,7 +111,6 @@ def test_an_answer_that_is_not_read_is_dropped():
 ODD = {
     "zeros": b"\x00" * 100 + b"\r\n\r\n",
     "long": HEAD + b"x: " + b"a" * 100_000,
-    "many": HEAD + b"".join(b"x-%d: a\r\n" % k for k in range(20_000)),
     "version": b"GET / HTTP/9.9\r\n\r\n",
     "length": POST.replace(b"%d", b"-1"),
     "chunk": CHUNKED + b"zz\r\n",
@@ -157,11 +156,10 @@ async def ask(access, released, size):
         ({"requests": 2}, (9, 9, 9), [200, 200, 503]),
         ({"megabytes_at_once": 1.5}, (2_000_000, 9), [200, 503]),
         ({"megabytes_at_once": 1.5}, (1_000_000, 400_000, 400_000), [200, 200, 503]),
-        ({"slow_seconds": 0.01}, (9, 9), [408, 408]),
     ],
 )
 def test_requests_beyond_a_limit_are_refused_and_leave_room(limits, sizes, statuses):
-    let_in, late = asyncio.Event(), "slow_seconds" in limits
+    let_in = asyncio.Event()
 
     async def slow_echo(scope, receive, send):
         await receive()
@@ -181,8 +179,7 @@ def test_requests_beyond_a_limit_are_refused_and_leave_room(limits, sizes, statu
     answers, later = asyncio.run(test())
     assert [status for status, _ in answers] == statuses
     assert later == 200
-    if not late:
-        assert answers[-1][1][b"retry-after"].isdigit()
+    assert answers[-1][1][b"retry-after"].isdigit()
 
 
 def test_hosts_are_names_of_this_server_or_with_a_token_addresses(server):

@@ -4,7 +4,7 @@ import logging
 import os
 import signal
 import time
-from contextlib import suppress
+from contextlib import asynccontextmanager, suppress
 from functools import partial
 from pathlib import Path
 
@@ -13,8 +13,7 @@ import pytest
 pytest.importorskip("anyio", reason="the extra `web` is not installed")
 
 import anyio
-from anyio import to_process
-from pool_work import end, modules, note, note_and_end, refuse, write_late
+from pool_work import modules, note, note_and_end, refuse, write_late
 
 from fpmatch.errors import ImageError
 from fpmatch.server.errors import ClientGoneError, RequestError
@@ -36,19 +35,20 @@ class Client:
 PATIENT = Client()
 
 
-def pool_of(workers, seconds=30):
-    return Pool(Settings(workers=workers, limits=Limits(seconds=seconds)))
+@asynccontextmanager
+async def pool_of(workers, gallery=None, **limits):
+    pool = Pool(Settings(workers=workers, gallery=gallery, limits=Limits(**limits)))
+    async with pool.running():
+        yield pool
 
 
 def test_work_is_done_in_another_process_with_its_errors_and_notes(caplog):
     async def test():
-        pool = pool_of(1)
-        with pytest.raises(ImageError, match=r"print\.tif: no print"):
-            await pool.run(PATIENT, refuse, "print.tif")
-        await pool.run(PATIENT, note, "the index is kept in memory")
-        with pytest.raises(RequestError, match="its process ended"):
-            await pool.run(PATIENT, end)
-        return await pool.run(PATIENT, os.getpid)
+        async with pool_of(1) as pool:
+            with pytest.raises(ImageError, match=r"print\.tif: no print"):
+                await pool.run(PATIENT, refuse, "print.tif")
+            await pool.run(PATIENT, note, "the index is kept in memory")
+            return await pool.run(PATIENT, os.getpid)
 
     assert anyio.run(test) != os.getpid()
     assert ("notes", logging.WARNING, "the index is kept in memory") in caplog.record_tuples
@@ -69,10 +69,7 @@ def test_work_is_killed_when_nobody_waits_for_it_or_it_takes_too_long(
     file = tmp_path / "late"
 
     async def test():
-        pool = pool_of(1)
-        await pool.run(PATIENT, os.getpid)
-        pool._limits = Limits(seconds=seconds)
-        async with anyio.create_task_group() as group:
+        async with pool_of(1, seconds=seconds) as pool, anyio.create_task_group() as group:
             if busy:
                 group.start_soon(pool.run, PATIENT, time.sleep, 0.5)
                 await anyio.sleep(0.1)
@@ -80,18 +77,16 @@ def test_work_is_killed_when_nobody_waits_for_it_or_it_takes_too_long(
             with pytest.raises(error, match="longer than" if seconds < 1 else None):
                 await pool.run(Client(patience), write_late, str(file))
             assert time.monotonic() - begin < 0.9
-        await anyio.sleep(1.2)
+            await anyio.sleep(1.2)
 
     anyio.run(test)
     assert not file.exists()
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="there is no /proc")
-@pytest.mark.parametrize("pause", [0.0, 0.5])
-def test_a_process_that_was_killed_while_it_had_no_work_fails_no_request(pause):
+def test_a_process_that_was_killed_while_it_had_no_work_fails_no_request():
     async def test():
-        pool = pool_of(2)
-        async with pool.running():
+        async with pool_of(2) as pool:
             first = await pool.run(PATIENT, os.getpid)
             async with anyio.create_task_group() as group:
                 group.start_soon(pool.run, PATIENT, time.sleep, 0.3)
@@ -99,7 +94,6 @@ def test_a_process_that_was_killed_while_it_had_no_work_fails_no_request(pause):
             for process in {first, other}:
                 os.kill(process, signal.SIGKILL)
                 wait_for_end(process)
-            await anyio.sleep(pause)
             return {first, other}, [await pool.run(PATIENT, os.getpid) for _ in range(3)]
 
     before, after = anyio.run(test)
@@ -118,8 +112,7 @@ def test_work_that_ends_its_process_is_not_done_again(tmp_path):
     file = tmp_path / "begun"
 
     async def test():
-        pool = pool_of(1)
-        async with pool.running():
+        async with pool_of(1) as pool:
             with pytest.raises(RequestError, match="its process ended"):
                 await pool.run(PATIENT, note_and_end, str(file))
             before = await pool.run(PATIENT, os.getpid)
@@ -134,30 +127,9 @@ def test_work_that_ends_its_process_is_not_done_again(tmp_path):
     assert file.read_text() == "begun\n"
 
 
-def test_idle_processes_are_kept(monkeypatch):
-    """By itself anyio ends those that had no work for five minutes."""
-    moved = [0.0]
-    real = to_process.current_time
-    monkeypatch.setattr(to_process, "current_time", lambda: real() + moved[0])
-
-    async def test():
-        pool = pool_of(3)
-        async with pool.running():
-            before = {process.pid for process in to_process._process_pool_workers.get()}
-            moved[0] = 3600.0
-            await pool.run(PATIENT, os.getpid)
-            after = {process.pid for process in to_process._process_pool_workers.get()}
-            return before, after
-
-    before, after = anyio.run(test)
-    assert len(before) == 3
-    assert before == after
-
-
 def test_the_last_process_is_not_for_the_gallery_and_waits_end():
     async def test():
-        pool = Pool(Settings(workers=1, gallery="prints.db", limits=Limits(wait_seconds=0.5)))
-        async with anyio.create_task_group() as group:
+        async with pool_of(1, "g.db", wait_seconds=0.5) as pool, anyio.create_task_group() as group:
             group.start_soon(partial(pool.run, PATIENT, time.sleep, 5, gallery=True))
             await anyio.sleep(0.1)
             with pytest.raises(RequestError, match="too many requests") as caught:

@@ -71,12 +71,12 @@ def typed(kind):
 
 
 HOSTILE = [  # for which methods, what is sent, and what is answered
-    ("*", {"headers": {"host": "evil.example"}}, 421, "this server is not called evil.example"),
     ("*", {"headers": {"host": b"\x9b31mevil"}}, 421, r"not called \u009b31mevil"),
     ("*", {"headers": {"host": "localhost:80@evil.example"}}, 421, "not called localhost:80@evil"),
     ("*", {"headers": {"x": "a" * 17_000}}, 400, "the header has more than 16 kB"),
     ("POST DELETE", {"headers": {"origin": "http://evil.example"}}, 403, "only the page of this"),
-    ("POST DELETE", {"headers": {"sec-fetch-site": "cross-site"}}, 403, "only the page of this"),
+    ("POST DELETE", {"headers": {"origin": "null"}}, 403, "only the page of this"),
+    ("POST DELETE", {"headers": {"sec-fetch-site": "same-site"}}, 403, "only the page of this"),
     ("*", {"params": {"treshold": "1"}}, 422, "unknown query parameter 'treshold'"),
     ("POST", {"data": {"treshold": "1"}}, 422, "unknown form field 'treshold'"),
     ("POST", {"data": {"a\x1b[2J": "30"}}, 422, r"unknown form field 'a\x1b[2J'"),
@@ -98,18 +98,10 @@ def test_every_address_refuses(operations, ask, server, methods, parts, status, 
     assert server.get("/gallery").json()["impressions"] == 0
 
 
-@pytest.mark.parametrize(
-    ("headers", "status"),
-    [
-        ({"origin": "http://localhost:8000"}, 404),
-        ({"origin": "https://localhost:8000", "sec-fetch-site": "same-origin"}, 404),
-        ({"origin": "http://localhost:9000"}, 403),
-        ({"origin": "null"}, 403),
-        ({"sec-fetch-site": "same-site"}, 403),
-    ],
-)
-def test_only_pages_of_this_server_change_something(server, headers, status):
-    refusal(server.delete("/gallery/99", headers={"host": "localhost:8000", **headers}), status)
+def test_the_page_of_this_server_may_ask_also_behind_a_proxy(server):
+    for origin, status in (("https://localhost:8000", 404), ("http://localhost:9000", 403)):
+        headers = {"host": "localhost:8000", "origin": origin, "sec-fetch-site": "same-origin"}
+        refusal(server.delete("/gallery/99", headers=headers), status)
 
 
 def test_a_body_of_unknown_size_is_refused_once_it_is_too_large(server):
@@ -163,15 +155,8 @@ def test_without_a_gallery_there_are_no_addresses_of_one():
     with serving(limits=Limits(seconds=1e-3)) as client:
         assert client.post("/identify").status_code == 404
         paths = client.get("/openapi.json").json()["paths"]
-        pair = {"/verify", "/compare", "/views", "/overlay", "/case-report"}
-        assert set(paths) == pair | {
-            "/extract",
-            "/stages",
-            "/about",
-            "/health",
-            "/ready",
-            "/metrics",
-        }
+        assert len(paths) == 11
+        assert "gallery" not in str(list(paths))
         image = {"image": ("a.png", b"x")}
         stopped = client.post("/extract", files=image)
         assert "was stopped" in refusal(stopped, 504)
@@ -220,14 +205,11 @@ def test_every_address_refuses_bad_values_of_a_field(operations, ask, server, fi
         ({"threshold": "101"}, "threshold must lie in"),
         ({"threshold": "40", "fmr": "0.1"}, "fmr and threshold exclude each other"),
         ({"dpi": "many"}, "dpi: input should be a valid number"),
-        ({"matcher": "antigravity:fly"}, "unknown matcher 'antigravity:fly'; known: paper, "),
         ({"matcher": "unit-circl"}, "unit-circle. Did you mean 'unit-circle'?"),
-        ({"enhance": "magic"}, "enhance: input should be"),
         ({"matcher": "paper:rho=2"}, "rho lies from 0 to 1, not 2"),
         ({"matcher": "unit-circle:rho=0.5"}, "unit-circle has no parameter 'rho'"),
         ({"matcher": "antigravity:fly:rho=0.5"}, "unknown matcher 'antigravity:fly'; known: paper"),
         ({"matcher": "paper:rho=0.5", "threshold": 30}, "rho decides without a score"),
-        ({"": "30"}, "unknown form field ''"),
     ],
 )
 def test_the_sentence_says_what_is_wrong_with_an_option(server, sent, options, words):
@@ -266,20 +248,12 @@ def test_files_are_given_once_and_where_they_belong(server, prints):
         ([probe], {"reference": "1"}, "reference: must be a file, as curl -F reference=@FILE"),
     ):
         assert refusal(server.post("/verify", files=files, data=data), 422).startswith(words)
+    twice = server.get("/gallery/prints?subject=1&subject=2")
+    assert refusal(twice, 422) == "subject: given 2 times, must be given once"
     marks = {"marks": '[{"side": "probe", "x": 1, "y": 1, "nte": "a"}]'}
     answer = server.post("/case-report", files=[probe, ("reference", file)], data=marks)
     assert "unknown key 'nte'" in refusal(answer, 422)
     assert "'note'?" in answer.json()["error"]
-
-
-def test_parameters_of_the_query_are_known_and_given_once(server):
-    for method in ("GET", "DELETE"):
-        for query, words in (
-            ("subject=1&finger=2", "unknown query parameter 'finger'; known: subject"),
-            ("subjct=1", "Did you mean 'subject'?"),
-            ("subject=1&subject=2", "subject: given 2 times, must be given once"),
-        ):
-            assert words in refusal(server.request(method, f"/gallery/prints?{query}"), 422)
 
 
 @pytest.mark.parametrize("name", [b"\xff", b"\xed\xa0\x80", b"\x1b[2J", b"a\x9bb", b"=1+1"])
@@ -292,11 +266,10 @@ def test_names_of_files_that_are_no_text(server, prints, name):
     refusal(server.post("/enrol", content=body, headers=kind), 422)
 
 
-@pytest.mark.parametrize("count", [1, 40])
-def test_templates_that_would_be_damage_are_refused_and_not_stored(http, sent, count):
+def test_templates_that_would_be_damage_are_refused_and_not_stored(http, sent):
     document = http.post("/extract", files=sent(image="1_1.png")).json()
     far = json.loads(json.dumps(document)) | {"dpi": 100}
-    far["minutiae"]["x"][:count] = [3e38] * min(count, len(far["minutiae"]["x"]))
+    far["minutiae"]["x"][0] = 3e38
     far = ("far.json", json.dumps(far).encode())
     for path, files in (
         ("/verify", {"probe": far, "reference": far}),

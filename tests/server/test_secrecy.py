@@ -1,6 +1,6 @@
 """A gallery, database or plug-in that fails while it is served: only the log says where and why.
 
-That no answer names a folder of the server, `conftest.check_secrecy` checks of all answers.
+That no answer names a folder of the server, `conftest.check_answer` checks of all answers.
 """
 
 import shutil
@@ -16,7 +16,6 @@ from fpmatch.server.settings import Role
 from .conftest import bearer, clients, serving, wait_until_ready
 
 LIBRARIES = ("sqlite", "psycopg", "traceback", "sqlalchemy", "errno", "connection refused")
-POINTS = "[fpmatch.{}]\nbroken = broken:THING\n"
 
 
 @pytest.fixture(autouse=True)
@@ -51,27 +50,17 @@ def check_answers(http, sent, log, *secrets):
             assert number in response.json()["error"]
             assert number in log.text
     assert failures >= 7
+    assert http.get("/health").status_code == 200
 
 
 def remove(gallery):
     gallery.unlink()
 
 
-def damage_header(gallery):
-    gallery.write_bytes(b"SQLite format 3\0" + bytes(4096))
-
-
 def overwrite_end(gallery):
     content = bytearray(gallery.read_bytes())
     content[100:] = b"\xa5" * (len(content) - 100)
     gallery.write_bytes(content)
-
-
-def make_unreadable(gallery):
-    gallery.chmod(0)
-    if gallery.stat().st_uid == 0:  # root reads it nevertheless
-        gallery.unlink()
-        gallery.symlink_to(gallery)
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +73,7 @@ def running(tmp_path_factory, sent):
         yield http, gallery
 
 
-@pytest.mark.parametrize("break_it", [remove, damage_header, overwrite_end, make_unreadable])
+@pytest.mark.parametrize("break_it", [remove, overwrite_end])
 def test_no_answer_says_where_a_gallery_is_or_how_it_failed(running, break_it, sent, caplog):
     http, gallery = running
     break_it(gallery)
@@ -115,7 +104,7 @@ def test_a_plug_in_that_cannot_be_loaded_is_named_in_the_log_only(
     info = tmp_path / "broken-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("".join(map(POINTS.format, ("matchers", "formats"))))
+    (info / "entry_points.txt").write_text("[fpmatch.matchers]\nbroken = broken:THING\n")
     (tmp_path / "broken.py").write_text("open(__file__ + '.model')\n")
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     forget_plugins()
@@ -123,7 +112,6 @@ def test_a_plug_in_that_cannot_be_loaded_is_named_in_the_log_only(
         with serving() as http:
             pair = sent(probe="1_1.png", reference="1_1.png")
             answer = http.post("/verify", files=pair, data={"matcher": "broken"})
-            text = http.post("/extract", files=sent(image="text.png"))
     finally:
         forget_plugins()
     assert answer.status_code == 500
@@ -131,4 +119,3 @@ def test_a_plug_in_that_cannot_be_loaded_is_named_in_the_log_only(
     assert answer.json()["error"].startswith(why)
     assert answer.json()["id"] in caplog.text
     assert str(tmp_path) in caplog.text
-    assert text.json() == {"error": "text.png: not an image of a known format"}

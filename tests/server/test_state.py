@@ -26,21 +26,16 @@ READY_S = 3.0  # in which readiness is told, whatever hangs: two, and one for a 
 CLIENTS = 50
 
 
-def test_health_readiness_and_metrics(server, tmp_path):
+def test_health_readiness_and_metrics(server):
     assert server.get("/health", headers={"authorization": ""}).json() == {"status": "ok"}
     assert server.get("/ready", headers={"authorization": ""}).json() == {"status": "ready"}
     text = server.get("/metrics").text
     assert 'fpmatch_requests_total{route="/health",status="200"}' in text
     assert "fpmatch_request_seconds_bucket" in text
     assert "fpmatch_requests_inside 1.0" in text
-    (tmp_path / "prints.db").write_bytes(b"no database" * 100)
-    with serving(gallery=tmp_path / "prints.db") as client:
-        assert client.get("/ready").status_code == 503
-        assert client.get("/health").status_code == 200
 
 
-@pytest.mark.parametrize("form", ["text", "json"])
-def test_requests_are_logged(server, form):
+def test_requests_are_logged(server):
     root = logging.getLogger()
     kept, stream = (root.handlers[:], root.level), io.StringIO()
 
@@ -49,7 +44,7 @@ def test_requests_are_logged(server, form):
         return [line for line in access if "/health" in line or "other" in line]
 
     try:
-        set_up_logging(form, stream)
+        set_up_logging("json", stream)
         server.get("/health")
         server.get("/about", headers={"authorization": ""})
         wait_until(lambda: len(lines()) == 2)
@@ -57,12 +52,10 @@ def test_requests_are_logged(server, form):
         root.handlers[:], level = kept
         root.setLevel(level)
         logging.getLogger("fpmatch.access").setLevel(logging.NOTSET)
-    if form == "json":
-        first, second = map(json.loads, lines())
-        assert (first["route"], first["status"], first["client"]) == ("/health", 200, "admin")
-        assert (second["client"], second["status"]) == ("-", 401)
-    else:
-        assert "GET /health 200" in lines()[0]
+    first, second = map(json.loads, lines())
+    assert (first["route"], first["status"], first["client"]) == ("/health", 200, "admin")
+    assert first["message"].startswith("127.0.0.1 admin GET /health 200 ")
+    assert (second["client"], second["status"]) == ("-", 401)
 
 
 def test_one_look_answers_all_who_ask_within_a_second(monkeypatch):

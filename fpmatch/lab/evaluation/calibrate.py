@@ -28,7 +28,7 @@ from fpmatch._version import __version__
 from fpmatch.base.parameters import parameters_of
 from fpmatch.errors import DatasetError, MatcherError
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.gallery.listing.manifest import kind_of
 from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.lab.evaluation.rates.bootstrap import (
     DEFAULT_BOOTSTRAP,
@@ -76,7 +76,6 @@ def gather_impostors(
     progress: Progress = no_progress,
     reading: Reading = Reading(),  # noqa: B008
     pattern: str | NamePattern | None = None,
-    by_folder: bool = False,
     dpi: float | None = None,
 ) -> list[Trials]:
     """Return the impostor comparisons of files of scores, then of databases of prints.
@@ -105,7 +104,7 @@ def gather_impostors(
             )
         gathered += [one.impostors for one in choose_matcher(sets, chosen.name, file)]
     if places := [source for source in sources if source not in files]:
-        named = load_datasets(places, pattern=pattern, by_folder=by_folder)
+        named = load_datasets(places, pattern=pattern)
         how: dict[str, Any] = {"workers": workers, "progress": progress, "reading": reading}
         (report,) = evaluate_matchers([one.at(dpi) for one in named], [chosen], **how)
         gathered += report.impostors

@@ -46,9 +46,7 @@ def test_many_at_once_are_as_one_by_one(template, rng):
     probes, references = prints(template, rng, 3), prints(template, rng, 5)
     (chunk,) = AllPairs(3, 5).chunks()
     task = ComparisonTask(chunk, probes, references)
-    found = PairComparer(get_matcher("unit-circle"), calibration=CURVE, capacity=2).similarities(
-        task
-    )
+    found = PairComparer(get_matcher("unit-circle"), calibration=CURVE).similarities(task)
     assert (
         found.tobytes() == PairComparer(OneByOne(), calibration=CURVE).similarities(task).tobytes()
     )

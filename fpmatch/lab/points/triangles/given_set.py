@@ -14,7 +14,7 @@ from fpmatch.errors import PointSetError, number_text
 from fpmatch.lab.points.triangles._proposal_kernel import describe_triangles
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.geometry.frames import UnitFrame, frame_of
-from fpmatch.pointset.geometry.points import as_points, is_finite, sort_into_cells
+from fpmatch.pointset.geometry.points import LARGEST, as_points, sort_into_cells
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -125,7 +125,7 @@ class Target(NamedTuple):
 
 def check_tolerance(tolerance: float | None) -> None:
     """Refuse a tolerance that is not positive and finite with a `PointSetError`."""
-    if tolerance is not None and not (is_finite(tolerance) and tolerance > 0):
+    if tolerance is not None and not 0 < tolerance <= LARGEST:
         raise PointSetError(f"tolerance must be positive, not {number_text(tolerance)}")
 
 

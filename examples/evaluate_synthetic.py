@@ -13,11 +13,13 @@ from pathlib import Path
 
 from fpmatch.lab.evaluation.run import evaluate_matchers
 from fpmatch.lab.synthesis.database import make_database
+from fpmatch.lab.synthesis.presets import PRESETS
 
 
 def main(folder: Path, fingers: int, impressions: int) -> None:
     """Make the prints, compare all pairs, and print the error rates of both matchers."""
-    made = make_database(folder, fingers=fingers, impressions=impressions, preset="clean", seed=3)
+    preset = PRESETS["clean"]
+    made = make_database(folder, fingers=fingers, impressions=impressions, preset=preset, seed=3)
     print(f"{made.fingers} fingers, {made.impressions} impressions of each: {made.folder}")
 
     # "extended": all pairs of one finger, and all pairs of impressions of different fingers

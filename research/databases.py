@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.gallery.batch.sources import unpack
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.database import make_database
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,9 +48,9 @@ def make_synthetic_sets(
             made[-1],
             fingers=fingers,
             impressions=IMPRESSIONS,
-            preset=preset,
+            preset=PRESETS[preset],
             seed=seed,
-            sensors=(sensor,),
+            sensors=(SENSORS[sensor],),
             workers=workers,
         )
     return made
@@ -72,7 +74,7 @@ def extract_folders(folders: Sequence[Path], workers: int | None = None) -> list
 def extract_datasets(datasets: Sequence[Dataset], workers: int | None = None) -> list[Dataset]:
     """Return databases with the templates of their prints."""
     extracted = []
-    with processes(workers) as engine:
+    with make_engine(workers) as engine:
         for dataset in datasets:
             made = DatasetSource(dataset).templates(engine, range(len(dataset.impressions)))
             templates = (None if one.data is None else unpack(one.data) for one in made)

@@ -1,6 +1,7 @@
 """What several tests share: templates and pictures of prints that never were."""
 
 import csv
+import os
 import re
 import shutil
 import subprocess
@@ -18,7 +19,7 @@ from PIL import Image
 import fpmatch
 from fpmatch.base.kernels import compiled_kernels
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 # `research` and the benchmarks are not installed. The root stands last on the path: it holds the
@@ -185,7 +186,9 @@ def run():
     """Return a function that runs ``fpmatch`` with the given words, in this process."""
 
     def run_words(*words, **options):
-        return CliRunner().invoke(main, [*map(str, words)], prog_name="fpmatch", **options)
+        kept = {"FPMATCH_KEY": os.environ.get("FPMATCH_KEY")}  # which --key sets
+        runner = CliRunner(env=kept)
+        return runner.invoke(main, [*map(str, words)], prog_name="fpmatch", **options)
 
     return run_words
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from research.notebook import shown
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"

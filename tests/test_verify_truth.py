@@ -11,7 +11,7 @@ import pytest
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.ground_truth import common_minutiae, load_truth

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 GROUPS: Final = {
     "Prints": (
         *("dpi", "probe_dpi", "reference_dpi", "raw", "mirror", "polarity", "enhance", "angles"),
-        *("pattern", "by_folder"),
+        "pattern",
     ),
     "Overlay": ("view",),
     "Resources": ("workers", "scheduler", "key"),

@@ -1,5 +1,5 @@
 """Galleries: enrolled templates in a database, and identification (1:N) among them.
 
-`open_gallery` opens one, `enrol` fills it, `Search.open` prepares its prints, `identify` ranks
+`open_gallery` opens one, `enrol` fills it, `Search` prepares its prints, `identify` ranks
 its fingers for a probe, and `check_claim` verifies a claimed identity.
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -14,7 +13,7 @@ from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.gallery import Gallery
-from fpmatch.gallery.store.kept_files import PREPARED, delete_files, kept_files, kept_folders
+from fpmatch.gallery.store.kept_files import PREPARED, delete_files
 from fpmatch.gallery.store.rows import check_row, row_digest
 from fpmatch.gallery.store.sealing import set_key
 from fpmatch.gallery.store.tables import (
@@ -137,22 +136,16 @@ def rotate(gallery: Gallery, *, progress: Progress = no_progress) -> dict[str, A
     return {"key": target, "sealed": sealed, "damaged": damaged}
 
 
-def free_space(gallery: Gallery) -> dict[str, dict[str, int]]:
+def free_space(gallery: Gallery) -> None:
     """Rewrite the database without free space, and the index without removed prints.
 
-    Returns their bytes "before" and "after", of the "database" and of the "prepared" index. On
-    PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``. Raises GalleryError if
+    On PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``. Raises GalleryError if
     another program holds the gallery, the disk is full, or a file cannot be deleted; the gallery is
     as before.
     """
-    database = {"before": gallery.size()}
-    index = {"before": sum(path.stat().st_size for path in kept_files(gallery))}
     gallery.record("compact")
     gallery.vacuum()
     _erase_removed(gallery)
-    database["after"] = gallery.size()
-    index["after"] = sum(path.stat().st_size for path in kept_files(gallery))
-    return {"database": database, "prepared": index}
 
 
 def _erase_traces(gallery: Gallery, numbers: Collection[int]) -> None:
@@ -171,15 +164,12 @@ def _erase_traces(gallery: Gallery, numbers: Collection[int]) -> None:
 def _erase_removed(gallery: Gallery, numbers: Collection[int] | None = None) -> None:
     """Write the index anew where it has removed prints, some or all, and delete what is outdated.
 
-    Those are files of prepared prints, which version 0.2 made, and empty folders.
+    Those are files of prepared prints, which version 0.2 made.
     """
     from fpmatch.gallery.index.follow import erase_removed  # noqa: PLC0415  (imports matchers)
 
     erase_removed(gallery, numbers)
     delete_files(gallery, PREPARED)
-    for folder in kept_folders(gallery):
-        with suppress(OSError):
-            folder.rmdir()
 
 
 def _check_or_create(gallery: Gallery, *, create: bool, key_id: str) -> None:

@@ -13,10 +13,10 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from fpmatch.errors import MatcherError, number_text
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -33,35 +34,6 @@ CALIBRATION_FOLDER: Final = Path(__file__).with_name("calibration_data")
 FILES: Final = {"paper": "paper", "reference": "unit-circle", "unit-circle": "unit-circle"}
 _RHO: Final = re.compile("[:,]rho=[^,]*")  # in the name of a matcher
 _DECIBEL: Final = 10.0 / math.log(10.0)  # score units a factor of e in FMR
-
-
-@dataclass(frozen=True, slots=True)
-class Provenance:
-    """The origin of a calibration.
-
-    Parameters
-    ----------
-    sets : tuple of str
-        Names of the databases.
-    impostors, fingers : int
-        Comparisons of different fingers, and the number of fingers; 0 where unknown.
-    version, command : str
-        The fpmatch that fitted it, and how.
-    matcher : str
-        The matcher whose similarities it is for; "" where unknown.
-    tail, tail_from : str, float
-        The pairs that the knots above this score, and the tail, are measured on; "" where all rests
-        on the same comparisons.
-    """
-
-    sets: tuple[str, ...] = ()
-    impostors: int = 0
-    version: str = ""
-    command: str = ""
-    matcher: str = ""
-    fingers: int = 0
-    tail: str = ""
-    tail_from: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +48,11 @@ class Calibration:
         Scale of the tail's generalised Pareto distribution at the last knot, in similarity.
     tail_shape : float
         Its shape, not negative; 0 is an exponential tail.
-    provenance : Provenance
-        Where it comes from.
+    provenance : mapping
+        Where it comes from: names of the databases (``sets``), numbers of their ``impostors`` and
+        ``fingers`` (0 where unknown), ``version`` and ``command`` that fitted it, the ``matcher``
+        whose similarities it is for, and the pairs (``tail``) that measured the knots above the
+        score ``tail_from``, and the tail.
 
     Raises
     ------
@@ -96,7 +71,7 @@ class Calibration:
     knots: tuple[tuple[float, float], ...]
     tail_scale: float
     tail_shape: float = 0.0
-    provenance: Provenance = Provenance()
+    provenance: Mapping[str, Any] = field(default_factory=dict, hash=False)
     _columns: NDArray[np.float64] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -105,10 +80,8 @@ class Calibration:
             raise MatcherError("calibration: knots must be pairs (similarity, score), finite")
         if (np.diff(knots, axis=0) <= 0).any() or (knots[:, 1] < 0).any():
             raise MatcherError("calibration: knots must increase, from a score of 0 or more")
-        if not (math.isfinite(self.tail_scale) and self.tail_scale > 0):
-            raise MatcherError("calibration: the tail's scale must be positive")
-        if not (math.isfinite(self.tail_shape) and self.tail_shape >= 0):
-            raise MatcherError("calibration: the tail's shape must not be negative")
+        if not (0 < self.tail_scale < math.inf and 0 <= self.tail_shape < math.inf):
+            raise MatcherError("calibration: the tail must have a positive scale, a shape from 0")
         object.__setattr__(self, "_columns", np.ascontiguousarray(knots.T))
 
     @property
@@ -143,13 +116,11 @@ class Calibration:
         """Read what `as_json` wrote to the file `source`; raise MatcherError if it did not."""
         try:
             entries = parse_json(text)
-            origin = Provenance(**entries["provenance"])
-            names = tuple(map(str, origin.sets))
             return cls(
                 knots=tuple((float(x), float(score)) for x, score in entries["knots"]),
                 tail_scale=float(entries["tail_scale"]),
                 tail_shape=float(entries["tail_shape"]),
-                provenance=replace(origin, sets=names, matcher=str(origin.matcher)),
+                provenance=dict(entries["provenance"]),
             )
         except MatcherError as error:
             raise MatcherError(f"{source}: {error}") from error
@@ -178,7 +149,7 @@ def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = No
     Examples
     --------
     >>> from fpmatch.matching.calibration import load_calibration
-    >>> load_calibration("unit-circle").provenance.impostors > 1000
+    >>> load_calibration("unit-circle").provenance["impostors"] > 1000
     True
     """
     if file is None:
@@ -190,7 +161,7 @@ def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = No
     except UnicodeDecodeError as error:
         raise MatcherError(f"{file}: not a calibration file") from error
     calibration = Calibration.from_json(text, str(file))
-    made_for = calibration.provenance.matcher
+    made_for = str(calibration.provenance.get("matcher", ""))
     if made_for and _RHO.sub("", made_for) != _RHO.sub("", matcher_name):
         raise MatcherError(f"{file}: calibrates matcher {made_for!r}, not {matcher_name!r}")
     return calibration

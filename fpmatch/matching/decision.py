@@ -35,20 +35,12 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Comparison, Side
     from fpmatch.templates.minutiae import Template
 
-NO_RIDGES: Final = "no ridges"
-NO_FINGER: Final = "no finger"
-TOO_LITTLE_SKIN: Final = "too little skin"
-TOO_FEW_MINUTIAE: Final = "too few minutiae"
-THRESHOLD_TOO_HIGH: Final = "threshold too high"
-
 MIN_SOLIDITY: Final = 0.55  # share of the ridges' convex hull; .67 is the least of 1,218 prints
 MAX_UNIFORMITY: Final = 0.97  # of ridges on more than ENOUGH_MM2; .94 is the most of those prints
 DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
 LEAST_MINUTIAE: Final = 3  # without an estimate: fewer make no triangle
 ENOUGH_MM2: Final = 77.0  # more skin adds nothing to the reachable score
-FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
 _CORNERS: Final = np.array([[0, 0], [1, 0], [0, 1], [1, 1]], np.int32)  # of a cell
-NO_EVIDENCE: Final = (0.0,) * 5  # amount of evidence in a print that shows no finger
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,12 +89,12 @@ class Rule:
 def evidence_in(matcher: Matcher, template: Template, prepared: object) -> NDArray[np.float64]:
     """Return the amount of evidence in a print, shape (5,), as the matcher measures it.
 
-    It is `NO_EVIDENCE` where the print does not show a finger; see `lacks_ridges`.
+    It is 0 where the print does not show a finger; see `lacks_ridges`.
     """
     if lacks_ridges(template):
-        return np.array(NO_EVIDENCE)
+        return np.zeros(5)
     amount: NDArray[np.float64] | None = call_matcher(matcher, "amount", prepared)
-    return np.array([len(template.minutiae), *NO_EVIDENCE[1:]]) if amount is None else amount
+    return np.array([len(template.minutiae), 0.0, 0.0, 0.0, 0.0]) if amount is None else amount
 
 
 def lacks_ridges(template: Template) -> str:
@@ -133,31 +125,24 @@ def lacks_ridges(template: Template) -> str:
     return "has no ridges of a finger: they are straight" if straight else ""
 
 
-def reachable_similarities(
-    matcher: Matcher, probe: NDArray[np.float64], references: NDArray[np.float64]
+def reachable_scores(
+    matcher: Matcher,
+    calibration: Calibration | None,
+    probe: NDArray[np.float64],
+    references: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the similarities that half of the genuine comparisons of as much evidence reach.
+    """Return the scores that half of the genuine comparisons of as much evidence reach.
 
-    `probe` and `references` are amounts of evidence, shape (..., 5). The similarities are infinite
-    where the matcher gives no estimate, and minus infinity where a print does not show a finger, or
-    one of which nothing is estimated has fewer than `LEAST_MINUTIAE`.
+    `probe` and `references` are amounts of evidence, shape (..., 5). The scores are infinite where
+    the matcher gives no estimate or has no calibration, and minus infinity where a print does not
+    show a finger, or one of which nothing is estimated has fewer than `LEAST_MINUTIAE`.
     """
     fewest = np.minimum(probe[..., 0], references[..., 0])
     typical = call_matcher(matcher, "typical_similarities", probe, references)
-    return np.where(fewest >= np.where(np.isinf(typical), LEAST_MINUTIAE, 1), typical, -math.inf)
-
-
-def reachable_scores(
-    calibration: Calibration | None, similarities: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the reachable scores from what `reachable_similarities` returned.
-
-    Infinite ones stay so; without a calibration, all others become infinite.
-    """
-    known = np.isfinite(similarities)
-    if calibration is None:
-        return np.where(known, math.inf, similarities)
-    return np.where(known, calibration.scores(np.where(known, similarities, 0.0)), similarities)
+    unknown = np.isinf(typical)
+    scores = typical if calibration is None else calibration.scores(typical)
+    scores = np.where(unknown | (calibration is None), math.inf, scores)
+    return np.where(fewest >= np.where(unknown, LEAST_MINUTIAE, 1), scores, -math.inf)
 
 
 class Reachable(NamedTuple):
@@ -177,15 +162,13 @@ def find_reachable(
     """
     ours = evidence_in(matcher, *probe)
     theirs = np.stack([evidence_in(matcher, *one) for one in references])
-    reachable = reachable_scores(calibration, reachable_similarities(matcher, ours, theirs))
+    reachable = reachable_scores(matcher, calibration, ours, theirs)
     best = int(np.argmax(reachable))
     sides = probe, references[best]
     return Reachable(float(reachable[best]), sides, np.stack([ours, theirs[best]]))
 
 
-def find_shortage(
-    matcher: Matcher, calibration: Calibration | None, known: Reachable, threshold: float
-) -> Shortage | None:
+def find_shortage(known: Reachable, threshold: float) -> Shortage | None:
     """Return what prints of a `known` reachable score lack for a decision; None where nothing.
 
     `threshold` is the least score of a match, NaN without a calibration.
@@ -194,7 +177,7 @@ def find_shortage(
         return None
     sides = dict(zip(("probe", "reference"), known.sides, strict=True))
     why = {name: lacks_ridges(template) for name, (template, _) in sides.items()}
-    code = NO_RIDGES if any(why.values()) else NO_FINGER
+    code = "no ridges" if any(why.values()) else "no finger"
     for (name, (template, _)), amount in zip(sides.items(), known.amounts, strict=True):
         if len(template.minutiae) and not amount[0]:  # the matcher counts none
             why[name] = why[name] or f"shows no finger: {OFF_RIDGES}"
@@ -202,27 +185,13 @@ def find_shortage(
         message = "; ".join(f"the {name} {text}" for name, text in why.items() if text)
         return Shortage(code, message)
     minutiae, area_px2 = known.amounts[:, :2].min(axis=0).tolist()
-    if math.isinf(known.score) and not area_px2:
-        fewest = count(int(minutiae), "minutia", "minutiae")
-        message = f"{fewest} in the smaller print, where {LEAST_MINUTIAE} are needed at least"
-        return Shortage(TOO_FEW_MINUTIAE, message)
-
-    def reaches(factor: float) -> bool:
-        amounts = (call_matcher(matcher, "amount", side, factor) for _, side in sides.values())
-        similarity = reachable_similarities(matcher, *amounts)
-        return bool(reachable_scores(calibration, similarity) >= threshold)
-
     area = area_px2 * (MM_PER_INCH / STANDARD_DPI) ** 2
-    enough = next(filter(reaches, FACTORS), None)
-    if enough is None and minutiae >= LEAST_MINUTIAE:
-        message = f"no amount of skin would usually reach a score of {threshold:.1f}"
-        return Shortage(THRESHOLD_TOO_HIGH, message)
+    fewest = count(int(minutiae), "minutia", "minutiae")
+    if math.isinf(known.score):
+        message = f"{fewest} in the smaller print, where {LEAST_MINUTIAE} are needed at least"
+        return Shortage("too few minutiae", message)
     message = (
-        f"{count(int(minutiae), 'minutia', 'minutiae')} on {area:.0f} mm² in the smaller print"
+        f"{fewest} on {area:.0f} mm² in the smaller print, with which half of the genuine "
+        f"comparisons score {known.score:.1f} or less"
     )
-    if enough is not None:
-        message += (
-            f", where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm² are usually "
-            f"needed for a score of {threshold:.1f}"
-        )
-    return Shortage(TOO_LITTLE_SKIN if area < ENOUGH_MM2 else TOO_FEW_MINUTIAE, message)
+    return Shortage("too little skin" if area < ENOUGH_MM2 else "too few minutiae", message)

@@ -7,10 +7,15 @@ of the score are learned, see `fpmatch.matching.pipeline.evidence`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 from fpmatch.base.parameters import check_ranges, parameter
+
+
+def _cosine(degrees: float) -> float:
+    """Return the cosine of an angle, by which directions are compared."""
+    return math.cos(math.radians(degrees))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,10 +32,8 @@ class MatchParameters:
 
     # Preparation; without a ridge field, the cells of the minutiae's hull stand for the print
     max_minutiae: int = 200  # minutiae that take part; of more, the ones of best quality
-    # side of a cell of the hull, where a template has no ridge field
-    hull_step_px: float = 16.0
-    # number of such cells along a side; larger ones where the minutiae reach farther
-    max_hull_cells: int = 512
+    hull_step_px: float = 16.0  # side of a cell of the hull
+    max_hull_cells: int = 512  # along a side; larger cells where the minutiae reach farther
     usual_quality: float = 0.7  # quality where a template gives none: all are 100, or all 0
 
     # Neighbourhoods of the minutiae, with the shape-preserving weights of eq. (4)
@@ -38,11 +41,8 @@ class MatchParameters:
         12, "neighbours of a minutia, nearest first, from its first and second ring", 1, 32
     )
     tolerance_px: float = 9.0  # how far a neighbour may lie from its counterpart
-    # growth of this distance per px of the neighbour's distance
-    tolerance_per_px: float = 0.08
-    second_ring_weight: float = parameter(
-        0.5, "weight of neighbours beyond the one-ring, the least in it; the mean is 1", 0, 1
-    )
+    tolerance_per_px: float = 0.08  # growth of this distance per px of the neighbour's distance
+    second_ring_weight: float = 0.5  # beyond the one-ring, and the least in it; the mean is 1
 
     # Prefilter: bit descriptors of minutiae, and pairs of them that agree in one transform; two
     # pairs d apart agree within sqrt(near_px² + (near_per_px·d)²)
@@ -53,48 +53,36 @@ class MatchParameters:
     pair_turn_deg: float = 15.0  # largest difference of the rotations of two pairs
 
     # Local match of the neighbourhoods
-
     # largest difference in relative direction of a neighbour and its counterpart
-    neighbour_turn_deg: float = 30.0
-    # fewer neighbours count as this many, so that few do not agree easily
-    fewest_neighbours: int = 4
+    neighbour_cosine: float = _cosine(30.0)
+    fewest_neighbours: int = 4  # fewer count as this many, so that few do not agree easily
 
     # Relaxation of the local matches, the candidates. Two support each other if the distances
     # between their minutiae in the two prints differ by at most distance_px and distance_per_px of
     # the distance
-    # local matches that take part, at most; each minutia is in one of them
-    candidates: int = 32
-    distance_px: float = parameter(
-        6.0, "largest difference of the distances between the minutiae of two candidates", 0.1, 100
-    )
-    distance_per_px: float = 0.08  # growth of this difference per px of the distance
-    max_rotation_deg: float = 25.0  # largest difference of the rotations of two candidates
-    # largest difference of the directions from one minutia to the other
-    max_angle_deg: float = 30.0
+    candidates: int = 32  # local matches that take part, at most; each minutia is in one of them
+    distance_px: float = 6.0
+    distance_per_px: float = 0.08
+    min_rotation_cosine: float = _cosine(25.0)  # largest difference of the rotations of two
+    min_angle_cosine: float = _cosine(30.0)  # of the directions from one minutia to the other
     relaxation_rounds: int = parameter(5, "rounds in which candidates support each other", 0, 100)
     inertia: float = 0.5  # share of its value that a candidate keeps in a round
-    # least value of the seed of a hypothesis, as a share of the strongest candidate's
-    least_seed_share: float = 0.5
-    # least value of the other pairs of a hypothesis, as a share of its seed's
-    least_share: float = 0.25
+    least_seed_share: float = 0.5  # least value of a seed, as a share of the strongest candidate's
+    least_share: float = 0.25  # and of other pairs of a hypothesis, as a share of its seed's
 
     # Mesh of pairs, its unit circles and predictions, eq. (3) and (4)
-    frame_margin_px: float = parameter(
-        60.0, "distance of the frame points from the circle round the bounding box", 20, 1000
-    )
+    frame_margin_px: float = 60.0  # of the frame points from the circle round the bounding box
     place_tolerance: float = parameter(
         0.3, "standard deviation of places on the unit circle", 0.001, 10, "radians"
     )
     residual_px: float = 3.0  # standard deviation of the distance from the prediction
-    # growth of this deviation per px of the mean radius of the ring
-    residual_per_px: float = 0.08
+    residual_per_px: float = 0.08  # growth of it per px of the mean radius of the ring
 
     # Global match: pairs grow over their mesh; a minutia is paired within its reach of where it is
     # predicted
-    max_turn_deg: float = 30.0  # largest difference in direction within a pair
+    min_cosine: float = _cosine(30.0)  # largest difference in direction within a pair
     hypotheses: int = 4  # hypotheses of the relaxed local matches, at most
-    # rounds in which pairs grow over their mesh before they are weighed first
-    coarse_rounds: int = 1
+    coarse_rounds: int = 1  # rounds in which pairs grow over their mesh before they are weighed
     rounds: int = parameter(3, "rounds in which pairs grow over their mesh, in all", 1, 20)
     reach_px: float = parameter(
         10.0, "distance from its prediction within which a minutia is paired", 0.1, 100
@@ -108,60 +96,34 @@ class MatchParameters:
     # twice the difference, -1 to 1
     ridge_trials: int = 64  # pairs of minutiae whose ridges are compared, of a small print
     ridge_starts: int = 4  # pairs by which a small print is aligned
-    ridge_candidates: int = parameter(
-        3, "local matches whose ridges are compared, of larger prints", 1, 128
-    )
+    ridge_candidates: int = 3  # local matches whose ridges are compared, of larger prints
     candidate_flow: float = 0.9  # least agreement of their orientation
-    # least surplus of their correlation, times the root of the cells
-    candidate_value: float = 3.0
+    candidate_value: float = 3.0  # least surplus of their correlation, times the root of the cells
     least_common: float = 0.25  # share of the smaller print that must lie in the larger
     least_flow: float = 0.8  # least agreement of the orientation, for a small print
-    usual_correlation: float = parameter(
-        0.2, "correlation of the ridges of different fingers, in search and score", -1, 1
-    )
-    # distance between a print's middles under transforms that count as two
-    apart_px: float = 12.0
-    apart_deg: float = 12.0  # or the difference of their rotations
+    usual_correlation: float = 0.2  # of the ridges of different fingers, in search and score
+    apart_px: float = 12.0  # between a print's middles under transforms that count as two
+    apart_cosine: float = _cosine(12.0)  # or the difference of their rotations
 
-    # Score: how evidence is turned into features; a print reaches farther than the hull of its
-    # minutiae
-    margin_px: float = parameter(
-        20.0, "how far inside the other print a minutia lies that counts as unpaired", 0, 200
-    )
-    # the same where the convex hull of the minutiae stands for the print
+    # Score: how evidence is turned into features
+    # how far inside the other print a minutia lies that counts as unpaired
+    margin_px: float = 20.0
+    # the same in the hull of the minutiae: a print reaches farther than that
     hull_margin_px: float = 0.0
-    doubt_pairs: float = parameter(
-        2.0, "added to the number of pairs, so that little evidence counts less", 0, 1000
-    )
+    doubt_pairs: float = 2.0  # added to the number of pairs, so that little evidence counts less
     doubt_minutiae: float = 5.0  # added to the number of minutiae
     doubt_cells: float = 10.0  # added to the number of cells of ridges
-    # rarity from which pairs are compared with those by chance, in decades of the FMR
-    beyond_from: float = 2.0
-    # how much chance makes of the best transform, in decades of the FMR
-    beyond_less: float = 1.0
-    # how much more where a print has few minutiae, in decades of the FMR
-    beyond_few: float = 0.4
+
+    # Evidence beyond chance, in decades of the FMR
+    beyond_from: float = 2.0  # rarity from which pairs are compared with those by chance
+    beyond_less: float = 1.0  # how much chance makes of the best transform
+    beyond_few: float = 0.4  # how much more where a print has few minutiae
     beyond_share: float = parameter(
         0.8, "share of the rarity beyond chance that does not count", 0, 1
     )
 
-    # Cosines of the angles above
-    neighbour_cosine: float = field(init=False, repr=False)
-    min_cosine: float = field(init=False, repr=False)
-    min_rotation_cosine: float = field(init=False, repr=False)
-    min_angle_cosine: float = field(init=False, repr=False)
-    apart_cosine: float = field(init=False, repr=False)
-
     def __post_init__(self) -> None:
         check_ranges(self)
-        for name, degrees in {
-            "neighbour_cosine": self.neighbour_turn_deg,
-            "min_cosine": self.max_turn_deg,
-            "min_rotation_cosine": self.max_rotation_deg,
-            "min_angle_cosine": self.max_angle_deg,
-            "apart_cosine": self.apart_deg,
-        }.items():
-            object.__setattr__(self, name, math.cos(math.radians(degrees)))
 
 
 USUAL: Final = MatchParameters()

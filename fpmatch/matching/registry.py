@@ -70,11 +70,6 @@ def get_matcher(name: str) -> Matcher:
     return matcher
 
 
-def matcher_name(name: str) -> str:
-    """Return the name of a matcher that is given by its name or its place; raises MatcherError."""
-    return get_matcher(name).name if ":" in name else name
-
-
 def split_name(name: str) -> tuple[str, str]:
     """Return the name or place of a matcher, and the text of its parameters, "" without any.
 

@@ -36,7 +36,6 @@ Identity = Literal["pixels", "template"]  # what of two prints is the same
 
 PLUG_IN: Final = "plug-in"  # the code of errors of matchers of other packages
 _NO_PAIRS: Final = np.empty((0, 2), np.int32)
-UNKNOWN_RESOLUTION: Final = "unknown resolution"  # a code of `Shortage`
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +77,8 @@ class Comparison:
         measures neither this nor the agreement.
     reason : str
         The main reason against one finger, or why nothing was found; "" if the matcher gives none.
+    compared : Compared or None
+        How much was compared; None where that is unknown.
     detail : object
         The matcher's own record of the comparison.
     """
@@ -89,7 +90,12 @@ class Comparison:
     agreement: float = 0.0
     overlap: float = 0.0
     reason: str = ""
+    compared: Compared | None = None
     detail: Any = field(default=None, repr=False)
+
+    def ridge_map(self) -> RidgeMap | None:
+        """Return where the ridges agree; None where they were not compared."""
+        return None
 
 
 def nothing_found(reason: str, similarity: float = 0.0) -> Comparison:
@@ -103,8 +109,8 @@ class Matcher(ABC):
     A subclass defines `name`, `prepare` and `compare`; all else has a default. `prepare` does once
     per template what does not depend on the other side; `compare` takes two prepared templates. It
     must be symmetric: exchanging the two sides gives the same similarity to the last bit and the
-    inverse transform. A matcher that explains its answers defines `explain` and `compared`; one
-    that estimates how much skin a match needs defines `amount` and `typical_similarities`.
+    inverse transform. A matcher that explains its answers defines `explain`; one that estimates
+    what prints can reach defines `amount` and `typical_similarities`.
 
     Parameters
     ----------
@@ -158,16 +164,8 @@ class Matcher(ABC):
         """Return a comparison under its best transform, with the reason against one finger."""
         return comparison
 
-    def compared(self, probe: Any, reference: Any, comparison: Comparison) -> Compared | None:
-        """Return how much was compared; None where that is unknown."""
-        return None
-
-    def ridge_map(self, probe: Any, reference: Any, comparison: Comparison) -> RidgeMap | None:
-        """Return where the ridges agree; None where they were not compared."""
-        return None
-
-    def amount(self, prepared: Any, factor: float = 1.0) -> NDArray[np.float64] | None:
-        """Return the evidence in a print with `factor` times as much skin; None if unknown.
+    def amount(self, prepared: Any) -> NDArray[np.float64] | None:
+        """Return the amount of evidence in a print; None if unknown.
 
         The first two of its five numbers are minutiae and area, in square pixels at 500 dpi.
         """
@@ -192,19 +190,6 @@ def compare_prepared(matcher: Matcher, probe: Any, reference: Any) -> Comparison
     if wrong := _what_is_wrong(comparison):
         raise MatcherError(f"matcher {matcher.name}: compare returned {wrong}", code=PLUG_IN)
     return comparison
-
-
-def check_repeats(matcher: Matcher, probe: Any, reference: Any, similarity: float) -> None:
-    """Raise MatcherError where a plug-in gives another similarity for a comparison made before."""
-    if is_own(matcher):
-        return
-    again = compare_prepared(matcher, probe, reference).similarity
-    if again != similarity:
-        raise MatcherError(
-            f"matcher {matcher.name}: compare changes its answer: "
-            f"{float(similarity)!r}, then {float(again)!r}",
-            code=PLUG_IN,
-        )
 
 
 def call_matcher(matcher: Any, method: str, *given: Any) -> Any:
@@ -251,6 +236,5 @@ def _what_is_wrong(comparison: Any) -> str:
         return f"a similarity of {float(similarity)!r}, where it is 0 or more"
     if not isinstance(transform, Similarity | None):
         return f"a transform that is {type(transform).__name__}, not Similarity or None"
-    if not (isinstance(pairs, np.ndarray) and pairs.dtype.kind in "iu" and pairs.ndim == 2):
-        return "pairs that are not an array of indices"
-    return "" if pairs.shape[1] == 2 else "pairs that do not have two columns"
+    whole = isinstance(pairs, np.ndarray) and pairs.dtype.kind in "iu"
+    return "" if whole and pairs.shape[1:] == (2,) else "pairs that are not indices (K, 2)"

@@ -17,10 +17,8 @@ from fpmatch.matching.result import (
     INCONCLUSIVE,
     MATCH,
     NO_MATCH,
-    UNKNOWN_RESOLUTION,
     Shortage,
     call_matcher,
-    check_repeats,
     compare_prepared,
 )
 from fpmatch.matching.scale import find_scale, measure_scale
@@ -181,7 +179,6 @@ def verify(
     rule = Rule.of(matcher, threshold, calibration)
     ours, theirs = (call_matcher(rule.matcher, "prepare", one) for one in (probe, reference))
     comparison = compare_prepared(rule.matcher, ours, theirs)
-    check_repeats(rule.matcher, ours, theirs, comparison.similarity)
     score = rule.score(comparison.similarity)
     if allowance and rule.rho is None:
         score = max(0.0, score - allowance)
@@ -216,7 +213,6 @@ def decide(
     match = rule.is_match(comparison, score)
     both = probe[1], reference[1]
     evidence = comparison if match else call_matcher(matcher, "explain", *both, comparison)
-    compared = None if impressions else call_matcher(matcher, "compared", *both, evidence)
     references = impressions or [reference]
     reach = partial(find_reachable, matcher, curve, probe, references)
     shortage, reason = None, ""
@@ -226,15 +222,12 @@ def decide(
         scale = find_scale(rule, probe, reference)
         known = reach()
         reach = partial(Reachable, *known)
-        shortage = find_shortage(matcher, curve, known, rule.threshold)
+        shortage = find_shortage(known, rule.threshold)
         if dpi_assumed and scale is not None:
             sides = " and ".join(f"the {side}" for side in dpi_assumed)
             message = f"the resolution of {sides} is unknown, and at another one the prints match"
-            shortage = Shortage(UNKNOWN_RESOLUTION, message)
-        by_rule = (
-            "the score is below the threshold" if rule.rho is None else "too few minutiae agree"
-        )
-        reason = (evidence.reason or by_rule) if shortage is None else shortage.message
+            shortage = Shortage("unknown resolution", message)
+        reason = shortage.message if shortage else evidence.reason or "too little agrees"
         if (mirrored := _mirrored_score(rule, probe[0], references)) is not None:
             reason += f"; {MIRRORED.format(mirrored)}"
     identical: Identity | None = None
@@ -257,7 +250,7 @@ def decide(
         rms_px=evidence.rms_px,
         agreement=evidence.agreement,
         overlap=evidence.overlap,
-        compared=compared,
+        compared=None if impressions else evidence.compared,
         reason=reason,
         shortage=shortage,
         scale=scale,
@@ -266,7 +259,7 @@ def decide(
         dpi_assumed=dpi_assumed,
         identical=identical,
         images=tuple(images),
-        map_ridges=partial(call_matcher, matcher, "ridge_map", *both, evidence),
+        map_ridges=evidence.ridge_map,
         find_reachable=reach,
     )
 
@@ -277,6 +270,6 @@ def _mirrored_score(rule: Rule, probe: Template, references: Sequence[Side]) -> 
         return None
     mirrored = call_matcher(rule.matcher, "prepare", probe.mirrored())
     tried = [compare_prepared(rule.matcher, one, mirrored) for _, one in references]
-    most = max((one.similarity for one in tried if one.transform is not None), default=0.0)
-    score = rule.score(most) - allowance_of(MIRRORED_SHARE, len(tried))
-    return score if score >= rule.threshold else None
+    best = max(tried, key=lambda one: one.similarity)
+    score = rule.score(best.similarity) - allowance_of(MIRRORED_SHARE, len(tried))
+    return score if rule.is_match(best, score) else None

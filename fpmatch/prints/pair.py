@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.errors import MatcherError
 from fpmatch.image.quality.ridge_scale import is_sound, possible_dpi
 from fpmatch.matching.calibration import allowance, fmr_to_score, load_calibration
-from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, states_rho
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher, states_rho
 from fpmatch.matching.result import named
 from fpmatch.matching.scale import CANDIDATE_RATIOS
 from fpmatch.matching.verify import verify
@@ -78,13 +78,13 @@ class ComparedPair:
 
 def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions) -> ComparedPair:
     """Decide whether two given prints come from the same finger."""
-    file = options.calibration
+    name, file = get_matcher(options.matcher).name, options.calibration
     return verify_given(
         probe,
         reference,
         matcher=options.matcher,
         threshold=options.decision_score(),
-        calibration=None if file is None else load_calibration(matcher_name(options.matcher), file),
+        calibration=None if file is None else load_calibration(name, file),
     )
 
 

@@ -16,10 +16,10 @@ from sqlalchemy.exc import SQLAlchemyError
 from fpmatch.errors import EncryptionError, GalleryError, TemplateError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Label, NamePattern, NewEntry
+from fpmatch.gallery.listing.entry import Entry, Label, NamePattern
 from fpmatch.gallery.search.identify import identify_given
 from fpmatch.gallery.search.search import Search
-from fpmatch.gallery.store.rows import check_storable
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import find_unmatched
@@ -82,9 +82,9 @@ def short_name(place: str) -> str:
 
 
 def describe_gallery(where: str) -> dict[str, Any]:
-    """Return the counts that ``fpmatch gallery list --summary --json`` prints, but of no row."""
+    """Return the counts that ``fpmatch gallery list --summary --json`` prints."""
     with open_served_gallery(where) as gallery:
-        return {"gallery": short_name(gallery.name), **gallery.count_entries()}
+        return {"gallery": short_name(gallery.name), **gallery.summarize()}
 
 
 def check_gallery(where: str) -> None:
@@ -191,19 +191,18 @@ def enrol_print(upload: Upload, where: str, label: Label | None) -> dict[str, An
         )
     used.check()
     given = open_upload_with_minutiae(upload)
+    content = hashlib.sha256(upload.data).digest()
     try:
-        check_storable(given.template)
+        new = new_entry(used, upload.name, content, given.template)
     except TemplateError as error:
         raise RequestError(error.detail, path=upload.name, status=400) from error
-    content = hashlib.sha256(upload.data).digest()
     with open_served_gallery(where) as gallery:
-        request = EnrolmentRequest(used, content, given.template.dpi)
-        (conflict,) = gallery.find_conflicts([request])
+        (conflict,) = gallery.find_conflicts([new])
         existing, unmatched = list[Entry](), None
         if conflict is None:  # nothing takes long once the print is stored
             existing = list(gallery.entries(subject=used.subject))
             unmatched = find_unmatched(gallery, used, given.template, existing)
-            (conflict,) = gallery.add([NewEntry(used, upload.name, content, given.template)])
+            (conflict,) = gallery.add([new])
         if conflict is not None and conflict != ENROLLED:
             shown = replace(conflict, source=short_name(conflict.source))  # not its whole path
             raise RequestError(str(shown), path=upload.name, status=409)
@@ -234,5 +233,5 @@ def _search(gallery: Gallery, matcher: str) -> Search:
         search.follow(gallery)
         return search
     _kept.clear()
-    _kept[key] = Search.open(gallery, matcher, engine=serial(), note=_log.warning)
+    _kept[key] = Search(gallery, matcher, engine=serial(), note=_log.warning)
     return _kept[key]

@@ -19,7 +19,7 @@ from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.record import View as RecordView
 from fpmatch.formats.registry import codec_of_name
-from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
+from fpmatch.matching.constants import IMPOSTOR_RIDGES
 from fpmatch.prints.pair import compare_pair
 from fpmatch.prints.reading import GivenPrint
 from fpmatch.prints.report import as_rows, odds

@@ -17,7 +17,7 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
-from fpmatch.matching.constants.comparison import LEAST_SPREAD, LOG_10, MIN_MINUTIAE
+from fpmatch.matching.constants import LEAST_SPREAD, LOG_10, MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER, pipeline_for
 from fpmatch.matching.pipeline.evidence import (
     FEATURES,
@@ -163,7 +163,7 @@ def _compared(
         rejected = math.log(math.expm1(compared.similarity)) if compared.similarity else LEAST
         return *nothing, rejected
     e, weights = compared.detail, load_weights()
-    scorer = pipeline_for(probe, len(probe)).scorer
+    scorer = pipeline_for(probe).scorer
     unusual = e.ridges - MATCHER.parameters.usual_correlation
     return (
         weights.models.index(weights.model_of(probe, reference)),

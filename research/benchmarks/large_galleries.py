@@ -24,9 +24,10 @@ from scipy.spatial import Delaunay
 
 from fpmatch import extract, read_image
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.search import EFFORTS, Search
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.result import compare_prepared
@@ -134,7 +135,7 @@ def fill(gallery: Gallery, mates: Sequence[tuple[str, Template]], prints: int) -
     while batch := list(islice(wanted, BATCH)):
         gallery.add(
             [
-                NewEntry(Label(name), name, sha256(name.encode()).digest(), template)
+                new_entry(Label(name), name, sha256(name.encode()).digest(), template)
                 for name, template in batch
             ]
         )
@@ -199,7 +200,7 @@ def lost_mates(
 
 def measure(gallery: Gallery, kinds: Sequence[Kind], number_of: dict[str, int]) -> dict[str, Any]:
     """Return the cost of searches without and with a mate, and the mates that they lose."""
-    size, call_s, search = {"prints": len(gallery)}, triangulation(), Search.open(gallery)
+    size, call_s, search = {"prints": len(gallery)}, triangulation(), Search(gallery)
     calibration = load_calibration(search.matcher.name)
     alone = [template for _, template in made(2**41, ALONE)]
     speed: dict[int, dict[str, Any]] = {}

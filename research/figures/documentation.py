@@ -77,7 +77,7 @@ def _point_figures() -> dict[str, bytes]:
     """Draw the paper's steps on two random sets."""
     made = random_pair(POINTS, POINTS, 1.0, ETA, LAMBDA, rng=EASY_SEED)
     sets = ("random", made.p), ("random, moved", made.q)
-    steps = explain_points(PaperMethod.of_sets(sets, UnitCircleParameters(), DEFAULT_RHO), None)
+    steps = explain_points(PaperMethod.of_sets(sets, UnitCircleParameters(), DEFAULT_RHO))
     return {f"{step.name}.svg": step.picture for step in steps if step.picture is not None}
 
 

@@ -31,7 +31,7 @@ from fpmatch.drawing.scene.items import Path as Line
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.errors import FpmatchError
 from fpmatch.lab.explain.default import DefaultMethod
-from fpmatch.lab.explain.pictures import chosen_pair
+from fpmatch.lab.explain.pictures import clearest
 from fpmatch.prints.pair import PairOptions, compare_pair
 from fpmatch.prints.reading import GivenPrint
 
@@ -129,7 +129,7 @@ class Side:
 
 def followed(m: DefaultMethod) -> Ring:
     """Return the ring in the mesh of pairs that is easiest to read."""
-    chosen = chosen_pair(None, m.rings, m.candidates.similarity[m.paired].tolist())
+    chosen = clearest(m.rings, m.candidates.similarity[m.paired].tolist())
     ring = None if chosen is None else m.rings[chosen]
     if ring is None:
         raise FpmatchError("no pair has a ring; take other prints")

@@ -13,8 +13,9 @@ import click
 from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
 from fpmatch.lab.synthesis.database import DESCRIPTION_FILE, make_database
 from fpmatch.lab.synthesis.impression import TRUTH_FOLDER
-from fpmatch.lab.synthesis.presets import Preset
-from fpmatch.lab.synthesis.sensor import plain_sensor
+from fpmatch.lab.synthesis.presets import PRESETS, Preset
+from fpmatch.lab.synthesis.sensor import SENSORS as ALL_SENSORS
+from fpmatch.lab.synthesis.sensor import Sensor
 from fpmatch.lab.synthesis.warp import PlacementParameters
 from research.commands import PATH, ROOT, Command
 from research.points.random_sets import random_pair
@@ -35,11 +36,11 @@ PRESET: Final = Preset(  # normal prints as they were when these were made, of s
     SmearParameters(chance=0.2, stain=(0.0, 0.22)),
 )
 # fmt: on
-SENSORS: Final = ("optical-388x374", "optical-328x364")
+SENSORS: Final = [ALL_SENSORS[name] for name in ("optical-388x374", "optical-328x364")]
 PRINT_SEED: Final = 10
 HARD: Final[dict[str, Any]] = {
-    **{"fingers": 8, "impressions": 3, "preset": "hard", "seed": 1},
-    "sensors": (plain_sensor(132, 168, 333),),
+    **{"fingers": 8, "impressions": 3, "preset": PRESETS["hard"], "seed": 1},
+    "sensors": (Sensor("132x168@333dpi", 132, 168, 333.0),),
 }
 STARS, CATALOGUE = 40, 120
 RHO, ETA, LAMBDA = 0.8, 0.2, 0.6

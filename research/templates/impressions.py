@@ -97,7 +97,7 @@ def draw_impressions(
     extraction: ExtractionParameters | None = None,
 ) -> Iterator[Template]:
     """Yield the templates of the impressions `numbers`, from 1, of each finger in order."""
-    p, preset, px = extraction or ExtractionParameters(), plan.ranges, sensor.px
+    p, preset, px = extraction or ExtractionParameters(), plan.preset, sensor.px
     of = np.repeat(np.arange(len(fingers.finger)), len(numbers))
     number = np.tile(numbers, len(fingers.finger))
     keys = [keys_of(plan.seed, fingers.finger[of], number, purpose) for purpose in _PURPOSES]

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.lab.synthesis.database import Plan
-from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, sensors_named
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, SENSORS
 from research.templates.fingers import draw_fingers
 from research.templates.impressions import draw_impressions
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from fpmatch.lab.synthesis.presets import Preset
     from fpmatch.lab.synthesis.sensor import Sensor
     from fpmatch.templates.minutiae import Template
 
@@ -27,8 +27,8 @@ def make_templates(
     fingers: Iterable[int],
     impressions: int = 1,
     *,
-    preset: str | Preset = "normal",
-    sensors: Sequence[str | Sensor] = (DEFAULT_SENSOR,),
+    preset: str = "normal",
+    sensors: Sequence[str] = (DEFAULT_SENSOR,),
 ) -> Iterator[Template]:
     """Make the templates of synthetic fingers without drawing images.
 
@@ -36,7 +36,7 @@ def make_templates(
     images (`fpmatch.lab.synthesis.database`), on a lattice of 10 pixels; minutiae are missed, added
     and displaced as extraction does. The numbers of a finger depend on nothing but the seed, its
     number and the impression's. `seed`: family of fingers, 0 to 2**63 - 1. `fingers`: their
-    numbers, from 0. `impressions`: of each finger. `preset`, `sensors`: as for images; sensors take
+    numbers, from 0. `impressions`: of each finger. `preset`, `sensors`: their names; sensors take
     the impressions in turn. The result is finger by finger, the impressions of each in order.
 
     Examples
@@ -45,7 +45,7 @@ def make_templates(
     >>> len(first) > 10 and len(second) > 10
     True
     """
-    plan = Plan(seed, preset, sensors_named(sensors), impressions)
+    plan = Plan(seed, PRESETS[preset], tuple(SENSORS[name] for name in sensors), impressions)
     numbers = range(1, impressions + 1)
     turns: dict[Sensor, list[int]] = {}
     for m in numbers:

@@ -12,7 +12,7 @@ from fpmatch.lab.evaluation.calibrate import calibrate_on
 from fpmatch.lab.evaluation.run import evaluate_matchers
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, Calibration
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
-from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, matcher_names
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher, matcher_names
 from research.all_pairs import impostors_among
 from research.commands import PATH, Command, read_json, synthetic_folder, workers
 from research.databases import (
@@ -92,17 +92,16 @@ def command(
             shares += [WITH_RIDGES, ALONE]
             calibration = calibrate_on(impostors, name, origin, shares=shares)
             known = calibration.provenance  # which counts every finger twice
-            calibration = replace(
-                calibration, provenance=replace(known, fingers=known.fingers // 2)
-            )
+            halved = {**known, "fingers": known["fingers"] // 2}
+            calibration = replace(calibration, provenance=halved)
         else:
             (report,) = evaluate_matchers([*real, *made], [name], workers=workers)
-            calibration = calibrate_on(report.impostors, matcher_name(name), origin)
+            calibration = calibrate_on(report.impostors, get_matcher(name).name, origin)
         if high is not None and name == DEFAULT_MATCHER:
             calibration = with_tail(calibration, high)
-        target = into / f"{matcher_name(name)}.json"
+        target = into / f"{get_matcher(name).name}.json"
         target.write_text(calibration.as_json(), encoding="utf-8")
-        click.echo(f"{target}: {calibration.provenance.impostors} impostor comparisons")
+        click.echo(f"{target}: {calibration.provenance['impostors']} impostor comparisons")
 
 
 def _impostors_by_form(

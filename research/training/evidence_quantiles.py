@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.constants.comparison import MIN_MINUTIAE
+from fpmatch.matching.constants import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER, index_neighbours, view_of
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline

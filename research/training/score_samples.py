@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.lab.evaluation.databases.dataset import choose_pairs
-from fpmatch.matching.constants.comparison import MIN_MINUTIAE
+from fpmatch.matching.constants import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER, view_of
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline

@@ -87,7 +87,7 @@ def with_tail(calibration: Calibration, results: Mapping[str, Any]) -> Calibrati
     kinds = kinds_of(results)
     origin = calibration.provenance
     below = sum(score < KEPT for _, score in calibration.knots)
-    kept = origin.tail_from if origin.tail else calibration.knots[: below + 1][-1][1]
+    kept = origin["tail_from"] if origin.get("tail") else calibration.knots[: below + 1][-1][1]
     own = [knot for knot in calibration.knots if knot[1] <= kept]
     last = own[-1][0]
     knots = list(own)
@@ -100,7 +100,7 @@ def with_tail(calibration: Calibration, results: Mapping[str, Any]) -> Calibrati
         raise DatasetError("tail: too few pairs lie above the calibration's own knots")
     scale = _tail_scale(knots[-1][0], kinds)
     tail = "; ".join(f"{kind.pairs} pairs, {kind.name}" for kind in kinds)
-    origin = replace(origin, tail=tail, tail_from=kept)
+    origin = {**origin, "tail": tail, "tail_from": kept}
     return replace(
         calibration, knots=tuple(knots), tail_scale=scale, tail_shape=MAX_SHAPE, provenance=origin
     )

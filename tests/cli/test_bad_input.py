@@ -67,7 +67,6 @@ CASES = {
         ("1_1.png text.png", "text.png: line 1: "),
         ("p.csv notes.txt", "notes.txt: line 1: "),
         ("p.csv q.csv -o notes.txt", "notes.txt/index.html: cannot be written"),
-        ("p.csv q.csv --pair 99", "--pair 99: "),
     ],
     "points": [
         ("p.csv notes.txt --pairs pairs.csv", "notes.txt: line 1: "),
@@ -88,8 +87,8 @@ CASES = {
     ],
     "synth": [
         ("new --seed -1", "seed -1: "),
-        ("new --size 10x400", "side"),
-        ("new --size 400x400 --dpi 50", "50 dpi"),
+        ("new --fingers 0", "0 fingers"),
+        ("new --impressions 1001", "at most 1000 impressions"),
         ("notes.txt", "notes.txt: cannot be"),
     ],
     "verify": [

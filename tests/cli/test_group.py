@@ -44,7 +44,7 @@ WRONG_USAGE = {
     "identify x y": "--effort 3 | --effort few",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
     "extract a -o b": "--enhance gabor | --subject 1",
-    "synth x": "--preset wet | --size axb | --size 400x400 --sensor plain-288x384 | --fingers many",
+    "synth x": "--preset wet | --sensor wet | --fingers many",
 }
 
 

@@ -124,7 +124,7 @@ CASES = {
     "enrol": [
         ("{out}/new.db {dir} --pattern {pattern} --workers 1", 1),
         ("{out}/new.db {manifest} --workers 1 --json", 1),
-        ("{out}/new.db {dir}/.. --by-folder --workers 1 --json", None),
+        ("{out}/new.db {dir}/.. --workers 1 --json", None),
     ],
     "identify": [
         ("{gallery} {dir} --workers 1 --json", 0),
@@ -153,7 +153,7 @@ CASES = {
         ("{manifest} --workers 1 --json --bootstrap 0", 0),
     ],
     "rates": [("{own} --json --report {out}/r --bootstrap 0", 0), ("{missing}", 2)],
-    "synth": [("{out}/synth --fingers 1 --impressions 1 --size 80x80 --workers 1 --json", 0)],
+    "synth": [("{out}/synth --fingers 1 --impressions 1 --workers 1 --json", 0)],
     "calibrate": [("{scores} -o {out}/c.json", 2)],
     "points": [("{points} {points} --plot {out}/p.svg --pairs {out}/p.csv --json", 0)],
     "key": [("{out}/{missing} --new --json", 0)],

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from fpmatch import assess, fmr_to_score
-from fpmatch.matching.calibration import Calibration, Provenance
+from fpmatch.matching.calibration import Calibration
 from fpmatch.prints.reading import ASSUMED_DPI
 from tests.conftest import assert_refused
 
@@ -75,7 +75,7 @@ def test_the_quality_of_images_is_part_of_why_not(run, prints):
 
 def test_a_calibration_file_says_what_similarities_are_worth(run, prints, tmp_path):
     file = tmp_path / "calibration.json"
-    made_for = Provenance(matcher="unit-circle")
+    made_for = {"matcher": "unit-circle"}
     calibration = Calibration(((0.0, 0.0), (0.5, 1.0)), tail_scale=1e9, provenance=made_for)
     file.write_text(calibration.as_json())
     words = ("verify", prints / "1_1.png", prints / "1_2.png", "--calibration", file)

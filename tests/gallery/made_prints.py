@@ -8,8 +8,9 @@ from contextlib import closing
 import numpy as np
 
 from fpmatch.errors import GalleryError, ImageError
-from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.listing.prints import ExtractedPrint
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.matching.result import Comparison, Matcher
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -93,7 +94,7 @@ def entry_of(number, template=None, label=None, **changes):
         "content": number.to_bytes(32, "big"),
         "template": template or scattered(number, 5),
     }
-    return NewEntry(**{**fields, **changes})
+    return new_entry(**{**fields, **changes})
 
 
 def entries_of(*templates, labels=None):
@@ -133,9 +134,3 @@ def extractor(file):
         time.sleep(0.02)
     template = Template(Minutiae([len(words)], [1], [0]), 300, 300, file.dpi or 500.0)
     return ExtractedPrint(template, dpi_assumed=file.dpi is None and "untagged" in words)
-
-
-def finger_extractor(file):
-    """Make the print of the finger and impression whose numbers the picture begins with."""
-    finger, impression, *_ = map(int, file.path.read_text().split())
-    return ExtractedPrint(print_of(finger, impression))

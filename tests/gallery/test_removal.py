@@ -1,6 +1,5 @@
 """After a removal nothing of the entry can be read in any file of the gallery."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.search import Search
-from fpmatch.gallery.store.stored_template import pack_template
+from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
@@ -38,12 +37,13 @@ def random_entry(number, count=60):
 def secrets_of(entry):
     """Return all that must not be left of an entry."""
     names = (entry.label.subject.encode(), entry.source.encode(), entry.content)
-    return [pack_template(entry.template), *in_a_segment(entry), *names]
+    return [entry.template, *in_a_segment(entry), *names]
 
 
 def in_a_segment(entry):
     """Return what the index has of an entry, but what any print may have."""
-    arrays = Segment.build([1], [2**40], [MATCHER.prepare(entry.template)]).arrays()
+    prepared = MATCHER.prepare(unpack_template(entry.template))
+    arrays = Segment.build([1], [2**40], [prepared]).arrays()
     return [array.tobytes() for name, array in arrays.items() if name != "term_start"]
 
 
@@ -84,7 +84,7 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
         (tmp_path / "g.db.prepared").touch()  # in the way
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add(entries)
-        Search.open(gallery, engine=serial(), note=str)
+        Search(gallery, engine=serial(), note=str)
         numbers = {entry.label: entry.id for entry in gallery.entries()}
         for gone in (3, 0, 5):
             entry = entries[gone]
@@ -96,29 +96,27 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
                     unfinished(folder, entry)
             gallery.remove([numbers[entry.label]])
             assert traces(tmp_path, runs) == []
-            Search.open(gallery, engine=serial(), note=str)
+            Search(gallery, engine=serial(), note=str)
             assert traces(tmp_path, runs) == []
-        assert len(Search.open(gallery, note=str)) == 3
+        assert len(Search(gallery, note=str)) == 3
 
 
 def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, run, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", 2)
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([random_entry(k) for k in range(60)])
-        Search.open(gallery, engine=serial())
+        Search(gallery, engine=serial())
         gallery.remove(range(1, 56))
-        Search.open(gallery, engine=serial())
+        Search(gallery, engine=serial())
         unfinished(tmp_path / "g.db.prepared", random_entry(1))
         entries = list(gallery.entries())
-    sizes = json.loads(run("gallery", "rewrite", tmp_path / "g.db", "--json").stdout)
-    assert sizes["database"]["after"] == (tmp_path / "g.db").stat().st_size
-    assert sizes["database"]["after"] < sizes["database"]["before"] * 0.6
-    kept = [path.stat().st_size for path in (tmp_path / "g.db.prepared").iterdir()]
-    assert len(kept) == 1
-    assert sizes["prepared"]["after"] == sum(kept) < sizes["prepared"]["before"]
+    before = (tmp_path / "g.db").stat().st_size
+    assert run("gallery", "rewrite", tmp_path / "g.db").exit_code == 0
+    assert (tmp_path / "g.db").stat().st_size < before * 0.6
+    assert len(list((tmp_path / "g.db.prepared").iterdir())) == 1
     with open_gallery(tmp_path / "g.db") as gallery:
         assert list(gallery.entries()) == entries
-        assert len(Search.open(gallery)) == 5
+        assert len(Search(gallery)) == 5
 
         def locked(path, **_):
             raise PermissionError(13, "in use", str(path))

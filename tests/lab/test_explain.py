@@ -10,18 +10,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fpmatch.errors import FpmatchError
 from fpmatch.formats.files import save_template
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.lab.cli.explain import write_page
-from fpmatch.lab.explain.default import DefaultMethod, counterparts, explain_prints
+from fpmatch.lab.explain.default import DefaultMethod, _ring_steps, explain_prints
 from fpmatch.lab.explain.paper import PaperMethod, explain_points
 from fpmatch.lab.points.match import match_points
 from fpmatch.matching import reference
 from fpmatch.matching.matchers.unit_circle import REFERENCE as MATCHER
-from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.matcher import UnitCircleParameters
 from fpmatch.pointset.paper.parametrize import parametrize
@@ -36,10 +33,10 @@ SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 POINTS = np.random.default_rng(8).uniform(0.0, 100.0, (25, 2))
 MOVE = Similarity(2.0, -1.2, 7.0, 9.0)
 DEFAULT = (
-    *("points", "triangulation", "neighbours", "local_matches", "relaxation", "mesh_of_pairs"),
-    *("unit_circle", "weights", "predictions", "ridges", "evidence", "transform"),
+    *("triangulation", "local_matches", "relaxation", "mesh_of_pairs", "unit_circle", "weights"),
+    *("predictions", "ridges", "evidence", "transform"),
 )
-PAPER = "points", "triangulation", "unit_circle", "weights", "similar_rings", "global_match"
+PAPER = "triangulation", "unit_circle", "weights", "similar_rings", "global_match"
 
 
 @pytest.fixture(scope="module")
@@ -54,10 +51,10 @@ def undrawn(monkeypatch):
     monkeypatch.setattr("fpmatch.lab.explain.pictures.draw", lambda *_: b"<svg/>")
 
 
-def explained(probe, reference_, asked=None):
+def explained(probe, reference_):
     """Return the numbers of the steps on two prints, by step, and their comparison."""
     pair = compare_pair(probe, reference_, PairOptions())
-    steps = explain_prints(probe, reference_, USUAL, asked, pair)
+    steps = explain_prints(DefaultMethod.of(probe, reference_), pair)
     return {step.name: step.numbers for step in steps}, pair
 
 
@@ -68,7 +65,7 @@ def given_minutiae(xy):
 
 
 def of_points(p, q):
-    return PaperMethod.of_sets([("p.csv", p), ("q.csv", q)], UnitCircleParameters(), 0.6)
+    return PaperMethod.of_sets((("p.csv", p), ("q.csv", q)), UnitCircleParameters(), 0.6)
 
 
 def text_of(folder):
@@ -110,13 +107,13 @@ def test_the_numbers_are_those_of_the_reference_matcher(prints, p, q):
 def test_the_ring_is_mapped_as_equations_3_and_4_say_and_its_sums_are_the_evidence(prints):
     m = DefaultMethod.of(*prints[:2])
     which, every = int(m.swapped), []
-    for k, ring in enumerate(m.rings, start=1):
-        every.append(explained(*prints[:2], k)[0])
+    for k, ring in m.rings.items():
+        every.append({step.name: step.numbers for step in _ring_steps(m, m.matched[0], k)})
         points = np.column_stack([ring.points[which].real, ring.points[which].imag])
         centre = np.array([ring.centres[which].real, ring.centres[which].imag])
         circle = parametrize(points, centre)
         np.testing.assert_allclose(ring.angles[which], circle.angles, atol=1e-12)
-        assert every[-1]["unit_circle"]["pair"] == k
+        assert every[-1]["unit_circle"]["pair"] == k + 1
         np.testing.assert_allclose(every[-1]["weights"]["weights"], circle.weights, atol=1e-12)
         assert every[-1]["weights"]["first"] == "PQ"[which]
     sums = [sum(one[step]["agreement"] for one in every) for step in ("unit_circle", "weights")]
@@ -127,24 +124,16 @@ def test_the_ring_is_mapped_as_equations_3_and_4_say_and_its_sums_are_the_eviden
 @pytest.mark.usefixtures("undrawn")
 def test_frame_points_are_not_counted_in_the_difference_of_the_places(prints):
     m = DefaultMethod.of(prints[0], prints[2])
-    k = next(k for k, ring in enumerate(m.rings) if ring is not None and not ring.paired.all())
-    circle = explained(prints[0], prints[2], k + 1)[0]["unit_circle"]
+    k = next(k for k, ring in m.rings.items() if not ring.paired.all())
+    circle = _ring_steps(m, m.matched[0], k)[0].numbers
     apart = [point["apart"] for point in circle["points"] if point["p"] != "frame"]
     assert circle["frame_points"] == len(circle["points"]) - len(apart) > 0
     assert circle["spread"] == pytest.approx(np.std(apart) if apart else 0.0)
 
 
-def test_the_neighbours_that_count_make_the_similarity(prints):
-    ours, theirs = (MATCHER.prepare(of.template).neighbourhoods for of in prints[:2])
-    similarity = local_similarity(ours, theirs)
-    for i, j in np.argwhere(similarity >= 0)[::97]:
-        frames = [of.frame[k, :, : of.count[k]] for of, k in ((ours, i), (theirs, j))]
-        assert bool(counterparts(*frames, USUAL.neighbour_cosine)) == bool(similarity[i, j] > 0)
-
-
 def test_the_numbers_of_point_sets_are_those_of_the_papers_matcher():
     p, q = POINTS[3:], MOVE.apply(POINTS)
-    steps = {step.name: step.numbers for step in explain_points(of_points(p, q), None)}
+    steps = {step.name: step.numbers for step in explain_points(of_points(p, q))}
     assert tuple(steps) == PAPER
     oracle = match_points(p, q, matcher="paper")
     shown = steps["global_match"]
@@ -165,11 +154,11 @@ def test_a_match_a_non_match_a_changed_parameter_and_points_have_their_pages(run
     one, other, third = (SAMPLES / f"{name}.tif" for name in ("101_1", "101_3", "102_1"))
     out = tmp_path / "new" / "out"
     done = run("explain", one, other, "-o", out)
-    assert (done.exit_code, done.stdout) == (0, f"MATCH, 12 steps: {out / 'index.html'}\n")
+    assert (done.exit_code, done.stdout) == (0, f"MATCH, 10 steps: {out / 'index.html'}\n")
     numbers = json.loads((out / "numbers.json").read_text())
     assert tuple(numbers) == ("matcher", "result", *(name for name in DEFAULT if name != "ridges"))
     assert "reported score; 40.0 is needed" in text_of(out)
-    assert run("explain", one, third, "-o", out, "--pair", "2").exit_code == 0
+    assert run("explain", one, third, "-o", out).exit_code == 0
     text = text_of(out)
     assert "The prints do not match: " in text
     assert "Most against one finger: " in text
@@ -179,8 +168,8 @@ def test_a_match_a_non_match_a_changed_parameter_and_points_have_their_pages(run
     assert run("explain", one, other, "-o", out, "--matcher", "paper").exit_code == 0
     assert "By the paper's rule" in text_of(out)
     for name, points in (("p", POINTS), ("q", MOVE.apply(POINTS))):
-        np.save(tmp_path / f"{name}.npy", points)
-    done = run("explain", tmp_path / "p.npy", tmp_path / "q.npy", "-o", out)
+        np.savetxt(tmp_path / f"{name}.csv", points, delimiter=",")
+    done = run("explain", tmp_path / "p.csv", tmp_path / "q.csv", "-o", out)
     assert (done.exit_code, done.stdout.split(",")[0]) == (0, "MATCH")
     assert "PointMatch(25 pairs, " in text_of(out)
 
@@ -188,8 +177,8 @@ def test_a_match_a_non_match_a_changed_parameter_and_points_have_their_pages(run
 @pytest.mark.usefixtures("undrawn")
 def test_the_sides_of_the_equations_follow_the_order_of_the_prints(prints, tmp_path):
     for k, pair in enumerate((prints[:2], prints[1::-1])):
-        steps = explain_prints(*pair, USUAL, None, None)
-        write_page(tmp_path / str(k), "title", "verdict", [], steps, {})
+        steps = explain_prints(DefaultMethod.of(*pair), None)
+        write_page(tmp_path / str(k), "title", ("verdict", [], steps, {}))
         first = next(step for step in steps if step.name == "weights").numbers["first"].lower()
         other = "p" if first == "q" else "q"
         text = text_of(tmp_path / str(k))
@@ -200,8 +189,6 @@ def test_the_sides_of_the_equations_follow_the_order_of_the_prints(prints, tmp_p
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ("p.csv q.csv --pair 99", "--pair 99: pairs with a ring that is closed in both: 2, "),
-        ("p.csv line.csv --pair 1", "--pair 1: pairs with a ring that is closed in both: none"),
         ("p.csv q.csv --matcher unit-circle", "--matcher paper"),
         ("p.csv two.json", "p.csv and two.json: one has points, the other is a print"),
         ("two.json two.json --matcher reference", "only unit-circle and paper"),
@@ -220,7 +207,7 @@ def test_bad_input_is_one_line_and_writes_nothing(run, tmp_path, monkeypatch, wo
     monkeypatch.chdir(tmp_path)
     rng = np.random.default_rng(3)
     tables = {"p": POINTS, "q": MOVE.apply(POINTS), "huge": rng.uniform(0, 1, (1001, 2))}
-    for name, points in {**tables, "line": [[0, 0], [1, 1], [2, 2]]}.items():
+    for name, points in tables.items():
         np.savetxt(f"{name}.csv", points, delimiter=",", header="x,y", comments="")
     Path("text.txt").write_text("neither a print nor points\n")
     save_template("two.json", given_minutiae([(10, 20), (90, 60)]).template)
@@ -237,7 +224,7 @@ SMALL = st.lists(st.tuples(st.integers(1, 6), st.integers(1, 6)), max_size=9)
 def test_whatever_minutiae_there_are_are_explained(p, q, tmp_path_factory):
     pair = [given_minutiae(np.multiply(xy, 40)) for xy in (p, q)]
     folder = tmp_path_factory.mktemp("page")
-    write_page(folder, "", "", [], explain_prints(*pair, USUAL, None, None), {})
+    write_page(folder, "", ("", [], explain_prints(DefaultMethod.of(*pair), None), {}))
     text_of(folder)
 
 
@@ -246,9 +233,5 @@ def test_whatever_minutiae_there_are_are_explained(p, q, tmp_path_factory):
 def test_whatever_points_there_are_are_explained(p, q, power, tmp_path_factory):
     m = of_points(np.ldexp(np.array(p, np.float64), power), np.array(q, np.float64))
     folder = tmp_path_factory.mktemp("page")
-    write_page(folder, "", "", [], explain_points(m, None), {})
+    write_page(folder, "", ("", [], explain_points(m), {}))
     text_of(folder)
-    for k, ring in enumerate(m.rings, start=1):
-        if ring is None:
-            with pytest.raises(FpmatchError, match=f"--pair {k}: "):
-                explain_points(m, k)

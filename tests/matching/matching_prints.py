@@ -8,7 +8,7 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template

@@ -10,7 +10,6 @@ from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import (
     FILES,
     Calibration,
-    Provenance,
     fmr_to_score,
     load_calibration,
     score_to_fmr,
@@ -21,7 +20,7 @@ HEAVY_TAIL = Calibration(
     knots=((0.0, 0.0), (0.5, 7.25), (1.0, 12.0), (2.5, 29.125)),
     tail_scale=0.7,
     tail_shape=0.2,
-    provenance=Provenance(("FVC", "Größe"), 20_000, "1.2.3", "a command", "unit-circle", 60),
+    provenance={"sets": ["FVC", "Größe"], "impostors": 20_000, "matcher": "unit-circle"},
 )
 GOOD = json.loads(HEAVY_TAIL.as_json())
 
@@ -57,7 +56,7 @@ for key, values in {
     ),
     "tail_scale": (0, "wide", math.inf, 10**400),
     "tail_shape": (-0.1,),
-    "provenance": (None, {"sets": 3}, {"other": 3}),
+    "provenance": (None, 3),
 }.items():
     BROKEN += [json.dumps({**GOOD, key: value}).encode() for value in values]
 
@@ -88,8 +87,8 @@ def test_each_matcher_of_the_package_has_a_calibration_for_its_usual_parameters(
     assert set(FILES) == set(OWN_MATCHERS)
     for name in FILES:
         calibration = load_calibration(name)
-        assert calibration.provenance.impostors >= 1000
-        assert calibration.provenance.sets
+        assert calibration.provenance["impostors"] >= 1000
+        assert calibration.provenance["sets"]
         assert calibration.score(calibration.knots[-1][0] + 1e6 * calibration.tail_scale) == 100
     assert load_calibration("paper:rho=0.9") is not load_calibration("unit-circle")
     assert load_calibration("paper:rho=0.9") == load_calibration("paper")

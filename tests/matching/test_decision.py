@@ -13,7 +13,7 @@ from matching_prints import fragment
 from skimage import data
 
 from fpmatch import Minutiae, Template, extract, verify
-from fpmatch.matching.decision import NO_FINGER, lacks_ridges
+from fpmatch.matching.decision import lacks_ridges
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import get_matcher, matcher_names
 from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH
@@ -22,8 +22,8 @@ from fpmatch.matching.verify import verify as verify_templates
 
 MATCHER = get_matcher("unit-circle")
 FORM = (
-    r"(\d+) minutiae on (\d+) mm² in the smaller print, where about (\d+) on (\d+) mm² are "
-    r"usually needed for a score of 40\.0"
+    r"\d+ minutiae on \d+ mm² in the smaller print, with which half of the genuine comparisons "
+    r"score ([\d.]+) or less"
 )
 SENTENCE = "the quick brown fox jumps over the lazy dog 0123"
 
@@ -71,12 +71,12 @@ def test_minutiae_across_their_own_ridges_match_nothing(print_, impostor):
         if pair == (bare, bare):
             continue
         found = verify(*pair)
-        assert (found.decision, found.shortage.code) == (INCONCLUSIVE, NO_FINGER)
+        assert (found.decision, found.shortage.code) == (INCONCLUSIVE, "no finger")
         assert "shows no finger: its minutiae do not lie along its own ridges" in found.reason
         assert found.fmr > 0.005
         unheld = UnitCircleMatcher(beyond_share=0.0).compare(*map(MATCHER.prepare, pair))
         assert unheld.similarity > 2 * found.similarity
-    assert verify(turned, impostor).shortage.code == NO_FINGER
+    assert verify(turned, impostor).shortage.code == "no finger"
 
 
 @given(st.integers(1, 40), st.floats(0, 100), st.floats(0, 100))
@@ -126,7 +126,7 @@ def test_whole_prints_of_two_fingers_do_not_match(print_, impostor):
     assert (same.decision, same.match, same.shortage) == (MATCH, True, None)
     assert same.reachable_score > same.threshold
     most = verify(print_, impostor, threshold=100)
-    assert (most.decision, most.shortage.code) == (INCONCLUSIVE, "threshold too high")
+    assert (most.decision, most.shortage.code) == (INCONCLUSIVE, "too few minutiae")
 
 
 @pytest.mark.parametrize("minutiae", [1, 2, 3, 4])
@@ -137,8 +137,8 @@ def test_a_fragment_is_too_little_skin(print_, impostor, minutiae):
         assert (found.decision, found.shortage.code) == (INCONCLUSIVE, "too little skin")
         assert "mm² in the smaller print" in found.reason
         if minutiae > 1:
-            here, area, needed, needed_area = map(int, re.fullmatch(FORM, found.reason).groups())
-            assert (here < needed, area < needed_area) == (True, True)
+            (reachable,) = map(float, re.fullmatch(FORM, found.reason).groups())
+            assert reachable == pytest.approx(found.reachable_score, abs=0.06)
         assert found.reachable_score < found.threshold
     bare = replace(part, field=None)
     assert verify(bare, impostor).decision == INCONCLUSIVE

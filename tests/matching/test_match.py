@@ -84,16 +84,12 @@ def test_a_pipeline_used_before_gives_the_same(refine):
     assert 0 < rejected < len(pairs)
 
 
-def test_a_thread_has_one_pipeline_until_a_larger_print_comes_or_other_weights():
+def test_a_thread_has_one_pipeline_until_other_weights_come():
     probe, _ = impressions(1, 10)
-    first = own.pipeline_for(probe, 10)
-    assert first.capacity >= own.LEAST_CAPACITY
-    assert own.pipeline_for(probe, 20) is first
-    larger = own.pipeline_for(probe, first.capacity + 1)
-    assert larger.capacity > first.capacity
-    assert own.pipeline_for(probe, 10) is larger
+    first = own.pipeline_for(probe)
+    assert own.pipeline_for(probe) is first
     with scored_by(some_weights()):
-        assert own.pipeline_for(probe, 10) is not larger
+        assert own.pipeline_for(probe) is not first
 
 
 def test_threads_compare_as_one_does():
@@ -132,9 +128,10 @@ def test_local_match_agrees_with_the_reference(seed, reach, degrees, fewest):
     """Whichever print is indexed, to the last bit; of which neighbours lie beyond the cells."""
     rng = np.random.default_rng(seed)
     # with the slack of this growth the widest tolerance suffices where the narrowest is indexed
-    p = MatchParameters(tolerance_per_px=0.5, neighbour_turn_deg=degrees, fewest_neighbours=fewest)
+    least = math.cos(math.radians(degrees))
+    p = MatchParameters(tolerance_per_px=0.5, neighbour_cosine=least, fewest_neighbours=fewest)
     a, b = (some_frames(rng, int(rng.integers(0, 8)), 9, reach) for _ in range(2))
-    sides = (Neighbourhoods(count, np.empty(0, np.int32), frame) for count, frame in (a, b))
+    sides = (Neighbourhoods(count, frame) for count, frame in (a, b))
     expected = local_similarity(*sides, p)
     found = indexed_similarity(a, b, p, by_a=True)
     assert found == pytest.approx(expected, abs=1e-5)

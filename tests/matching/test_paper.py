@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher
+from fpmatch.matching.matchers.paper import MATCHER, UNALIGNED, PaperMatcher
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -39,7 +39,7 @@ def test_more_than_rho_matches_and_rho_itself_does_not():
     below = verify(probe, reference, matcher=PaperMatcher(rho=share - 0.01))
     assert (at.match, below.match) == (False, True)
     assert (at.rho, below.rho) == (share, share - 0.01)
-    assert at.reason == "too few minutiae agree"
+    assert at.reason == "too little agrees"
 
 
 def test_a_threshold_decides_by_the_score_instead_of_rho():
@@ -72,24 +72,23 @@ def test_two_impressions_match_in_the_pixels_of_both_inputs():
 
 
 NOTHING = [
-    (positions(1, 0), positions(2), "too few minutiae: 0 in the probe"),
-    (positions(1), positions(2, 3), "too few minutiae: 3 in the reference"),
-    (np.arange(16.0).reshape(8, 2), positions(2), "no minutia of the probe has others"),
+    (positions(1, 0), positions(2)),
+    (positions(1), positions(2, 3)),
+    (np.arange(16.0).reshape(8, 2), positions(2)),
     (
         np.array([[0, 0], [40, 0], [20, 40], [20, 15]]),
         np.array([[0, 0], [40, 0], [40, 40], [0, 40], [20, 21]]),
-        "no one-ring of the probe is like one of the reference",
     ),
-    (positions(1, 9), positions(2, 9), "no transform aligns minutiae of the probe with"),
+    (positions(1, 9), positions(2, 9)),
 ]
 
 
-@pytest.mark.parametrize(("probe", "reference", "reason"), NOTHING)
-def test_nothing_in_common_is_explained(probe, reference, reason):
+@pytest.mark.parametrize(("probe", "reference"), NOTHING)
+def test_nothing_in_common_is_explained(probe, reference):
     exact = {"area_tolerance": 3.0, "precision": 0.0} if len(probe) == 9 else {}
     matcher = PaperMatcher(**exact)
     found = matcher.compare(*(matcher.prepare(template_of(xy)) for xy in (probe, reference)))
-    assert found.reason.startswith(reason)
+    assert found.reason == UNALIGNED
     assert (found.similarity, found.transform, len(found.pairs)) == (0.0, None, 0)
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
 from fpmatch import Minutiae, Template, as_template
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.result import Compared
 from fpmatch.matching.verify import Verification, verify
 from fpmatch.pointset.geometry.similarity import Similarity

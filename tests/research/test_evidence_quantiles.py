@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.pipeline.evidence import (
     AMOUNTS,
     MODELS,

@@ -16,7 +16,7 @@ from fpmatch.lab.synthesis.database import Plan
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import SENSORS, sensors_named
+from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.figures import sample_data
 from research.ground_truth import load_truth
@@ -63,7 +63,7 @@ def test_the_prints_are_made_as_they_are_here():
     finger = make_master(sample_data.PRINT_SEED, 101)
     np.testing.assert_allclose(finger.minutiae.x, SAID["101"]["minutiae"]["x"], atol=0.01)
     for number, sensor in enumerate(sample_data.SENSORS, start=1):
-        made = make_impression(finger, number, sample_data.PRESET, SENSORS[sensor])
+        made = make_impression(finger, number, sample_data.PRESET, sensor)
         there = TRUTH[f"101_{number}"]
         assert made.master.tolist() == there.master.tolist()
         assert made.visible.tolist() == there.visible.tolist()
@@ -76,7 +76,7 @@ def test_the_prints_are_made_as_they_are_here():
 
 
 def test_the_folder_is_made_from_what_the_script_asks_for():
-    sensors = sensors_named(sample_data.SENSORS)
+    sensors = tuple(sample_data.SENSORS)
     plan = Plan(sample_data.PRINT_SEED, sample_data.PRESET, sensors, sample_data.IMPRESSIONS)
     assert plan.table() == tomllib.loads((FOLDER / "dataset.toml").read_text())["synthesis"]
     assert len(FINGERS) == sample_data.FINGERS

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError
-from fpmatch.matching.calibration import CALIBRATION_FOLDER, Calibration, Provenance
+from fpmatch.matching.calibration import CALIBRATION_FOLDER, Calibration
 from research.training.impostor_pairs import TAIL_FILE
 from research.training.tail import kinds_of, with_tail
 
-OWN = Calibration(((0.0, 0.0), (4.0, 30.0)), 2.0, 0.2, Provenance(("FVC",), 1000))
+OWN = Calibration(((0.0, 0.0), (4.0, 30.0)), 2.0, 0.2, {"sets": ["FVC"], "impostors": 1000})
 PAIRS = 10**8
 
 
@@ -31,8 +31,8 @@ def test_the_highest_knots_are_the_share_of_pairs() -> None:
     fitted = with_tail(OWN, results(mean=1.0))
     assert fitted.knots[:2] == OWN.knots
     assert fitted.knots[2] == (10.0, pytest.approx(60.4, abs=0.2))
-    assert fitted.provenance.sets == ("FVC",)
-    assert fitted.provenance.tail_from == 30.0
+    assert fitted.provenance["sets"] == ["FVC"]
+    assert fitted.provenance["tail_from"] == 30.0
     for x in (10.0, 10.5, 11.0):
         assert fitted.score(x) == pytest.approx(30 + 10 / np.log(10) * (x - 3.0), abs=0.2)
     assert 60 < fitted.largest_measured_score < 70  # 20 of a hundred million pairs

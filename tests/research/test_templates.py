@@ -9,7 +9,7 @@ from fpmatch.lab.synthesis.database import Plan
 from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.orientation import PatternClass
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import SENSORS, sensors_named
+from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.warp import Warp
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -75,7 +75,7 @@ def test_placements_have_the_distribution_of_drawn_ones():
 
 def test_minutiae_lie_and_point_where_the_warp_of_images_takes_them(monkeypatch):
     fingers = draw_fingers(3, np.arange(12, dtype=np.uint64))
-    plan = Plan(3, "stretched", sensors_named(["optical-388x374"]), 1)
+    plan = Plan(3, PRESETS["stretched"], (SENSORS["optical-388x374"],), 1)
     drawn = []
 
     def draw(*arguments):

@@ -19,7 +19,7 @@ from fpmatch.gallery.encryption.keys import load_keys, make_keys
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.store.audit import check_audit, events_of, switch
 from fpmatch.image.skeleton._thin_kernel import COMPILED
-from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
+from fpmatch.matching.constants import IMPOSTOR_RIDGES
 from fpmatch.prints.reading import ASSUMED_DPI
 from fpmatch.server import gallery as gallery_work
 from fpmatch.server.gallery import describe_gallery, enrol_print

@@ -43,7 +43,7 @@ from fpmatch.drawing.scene.items import (
     text_width,
     zoomed,
 )
-from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
+from fpmatch.matching.constants import IMPOSTOR_RIDGES
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import STANDARD_DPI, MinutiaKind
 

@@ -14,7 +14,6 @@ from collections import deque
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -27,7 +26,7 @@ from fpmatch.gallery.batch.unfinished import Unfinished, finished_before, rememb
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.search.identification import OF_SEARCHES
-from fpmatch.gallery.search.identify import BATCH, identify_each
+from fpmatch.gallery.search.identify import identify_each
 from fpmatch.gallery.search.probes import sha256_of
 from fpmatch.printable import json_text
 from fpmatch.prints.reading import group_by_note
@@ -38,7 +37,6 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.batch.sources import FolderSource, StoredTemplate
     from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.search.identification import Identification
     from fpmatch.gallery.search.search import Search, SearchOptions
     from fpmatch.templates.minutiae import Template
@@ -46,7 +44,7 @@ if TYPE_CHECKING:
     _Outcome = Identification | None  # None for a probe without a template
 
 IDENTIFY: Final = "identify"
-_FORMAT: Final = "4"  # of the state of an unfinished run
+_FORMAT: Final = "5"  # of the state of an unfinished run
 OF_CANDIDATES: Final = (
     *("rank", "id", "subject", "finger", "impression", "source", "score", "fmr", "extrapolated"),
     *("expected_false_matches", "impressions", "impression_score"),
@@ -83,66 +81,69 @@ class SearchSummary:
 
 
 def write_candidates(
-    gallery: Gallery,
     search: Search,
     probes: FolderSource,
     output: str | os.PathLike[str],
     options: SearchOptions,
     *,
-    content: str,
     engine: Engine | None = None,
     progress: Progress = no_progress,
-    once: bool = False,
 ) -> SearchSummary:
     """Search for many probes and write their candidates.
 
     The file is the same, byte by byte, with every engine and however often the run was
-    interrupted; its state is kept beside the output until that is complete.
+    interrupted; its state is kept beside the output until that is complete. A finished run is
+    remembered in the user's cache; where its output is there as it was written, nothing is done.
 
-    The `search` is of the open `gallery`, whose audit, if it keeps one, records each search, and
-    `content` is the gallery's `content_hash` from before the search was opened: a run of another
+    The audit of the searched gallery, if it keeps one, records each search; a run of another
     content is not resumed. The `engine` is entered here (default: this process); `progress` is
-    called with stage "identify" and numbers of probes; `once` is as for
-    `fpmatch.gallery.batch.score.score`.
+    called with stage "identify" and numbers of probes.
 
     Raises ScoringError if a different run of this output is unfinished; OutputError if the output
     cannot be written; MatcherError as `fpmatch.gallery.search.identify.identify`; other
     FpmatchErrors if the gallery cannot be read or the engine broke down.
     """
-    target = Path(output)
+    target, gallery = Path(output), search.gallery
     check_candidates_format(target)
     about = {"gallery": gallery.name, "matcher": search.matcher.name, "listed": options.listed}
     options = options.checked(search.matcher)
-    run = _description(search, options) | {
+    assert options.calibration is not None
+    run = {
+        "format": _FORMAT,
+        "version of fpmatch": __version__,
+        "matcher": search.matcher.name,
+        "calibration": options.calibration.as_json(),
+        "number of candidates": repr(options.count),
+        "threshold": repr((options.threshold, options.by_chance)),
+        "list": repr((options.listed, options.transforms)),
+        "effort": repr(options.effort if search.preselected else None),
         "gallery": gallery.name,
-        "content of the gallery": content,
+        "content of the gallery": search.content,
         "set of probes": probes.content_hash,
         "paths of the probes": hashlib.sha256(repr(probes.paths).encode()).hexdigest(),
     }
     total = len(probes.paths)
-    if once and (end := finished_before(target, run)) is not None:
+    if (end := finished_before(target, run)) is not None:
         return SearchSummary(target, total, end.rows, end.pairs, end.failed, (), {}, 0.0)
     as_lines = _json_lines if is_json_lines(target) else _csv_lines
     failures: list[tuple[str, str]] = []
     noted: list[tuple[str, tuple[str, ...]]] = []
 
     def rows_from(start: int) -> Generator[Rows, None, None]:
-        searched = _identify(gallery, search, probes, options, place, start * BATCH)
-        with closing(searched) as each:
-            while batch := list(islice(each, BATCH)):
-                failed = [(path, stored.reason) for path, stored, one in batch if one is None]
-                failures.extend(failed)
-                noted.extend((path, stored.all_notes) for path, stored, _ in batch)
-                lines = [line for one in batch for line in as_lines(*one, about)]
-                yield Rows(b"".join(lines), len(batch), len(lines), len(failed))
+        with closing(_identify(search, probes, options, place, start)) as searched:
+            for path, stored, outcome in searched:
+                noted.append((path, stored.all_notes))
+                if outcome is None:
+                    failures.append((path, stored.reason))
+                lines = list(as_lines(path, stored, outcome, about))
+                yield Rows(b"".join(lines), 1, len(lines), int(outcome is None))
 
     with engine or serial() as place, Unfinished(target, run) as unfinished:
         begun = time.perf_counter()
         header = b"" if is_json_lines(target) else csv_lines([COLUMNS])
         report = partial(progress, IDENTIFY)
         start, end = unfinished.write(header, rows_from, lambda at: report(at.pairs, total))
-    if once:
-        remember(target, run, end)
+    remember(target, run, end)
     return SearchSummary(
         output=target,
         probes=total,
@@ -155,28 +156,8 @@ def write_candidates(
     )
 
 
-def _description(search: Search, options: SearchOptions) -> dict[str, str]:
-    """Return what must be the same of a run that is resumed: the search and its options."""
-    assert options.calibration is not None
-    return {
-        "format": _FORMAT,
-        "version of fpmatch": __version__,
-        "matcher": search.matcher.name,
-        "calibration": options.calibration.as_json(),
-        "number of candidates": repr(options.count),
-        "threshold": repr((options.threshold, options.by_chance)),
-        "list": repr((options.listed, options.transforms)),
-        "effort": repr(options.effort if search.preselected else None),
-    }
-
-
 def _identify(
-    gallery: Gallery,
-    search: Search,
-    probes: FolderSource,
-    options: SearchOptions,
-    engine: Engine,
-    start: int,
+    search: Search, probes: FolderSource, options: SearchOptions, engine: Engine, start: int
 ) -> Generator[tuple[str, StoredTemplate, _Outcome], None, None]:
     """Yield path, template and outcome of each probe from number `start` on, in order.
 
@@ -185,23 +166,24 @@ def _identify(
     """
     pending: deque[StoredTemplate] = deque()
     names = probes.paths[start:]
-    audited = gallery.keeps_audit()
+    audited = search.gallery.keeps_audit()
     before = [sha256_of(Path(path)) if audited else None for path in names]
+    templates = probes.templates(engine, range(start, len(probes.paths)))
 
-    def opened(templates: Iterator[StoredTemplate]) -> Iterator[Template | None]:
-        for stored in templates:
+    def opened() -> Iterator[tuple[str, Template | None]]:
+        for name, stored in zip(names, templates, strict=True):
             pending.append(stored)
-            yield None if stored.data is None else unpack(stored.data)
+            yield name, None if stored.data is None else unpack(stored.data)
 
     with (
-        closing(probes.templates(engine, range(start, len(probes.paths)))) as templates,
-        closing(identify_each(search, opened(templates), options, engine, names)) as outcomes,
+        closing(templates),
+        closing(identify_each(search, opened(), options, engine)) as outcomes,
     ):
         for path, content, outcome in zip(names, before, outcomes, strict=True):
             if outcome is not None and audited:
                 if sha256_of(Path(path)) != content:
                     raise ImageReadError("was changed while it was searched for", path=path)
-                gallery.record(IDENTIFY, probe=content, candidates=outcome.numbers)
+                search.gallery.record(IDENTIFY, probe=content, candidates=outcome.numbers)
             yield path, pending.popleft(), outcome
 
 

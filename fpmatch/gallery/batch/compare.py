@@ -13,24 +13,18 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.gallery.batch.sources import unpack
 from fpmatch.gallery.index.compare import PreparedPrints, packs, similarities
-from fpmatch.matching.decision import (
-    DEFAULT_THRESHOLD,
-    evidence_in,
-    reachable_scores,
-    reachable_similarities,
-)
+from fpmatch.matching.decision import DEFAULT_THRESHOLD, evidence_in, reachable_scores
 from fpmatch.matching.result import (
     INCONCLUSIVE,
     MATCH,
     NO_MATCH,
     call_matcher,
-    check_repeats,
     compare_prepared,
     named,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
@@ -40,7 +34,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
 
-PREPARED_KEPT: Final = 512
+PREPARED_KEPT: Final = 512  # prints last used that stay prepared
 
 
 class Print(NamedTuple):
@@ -77,7 +71,7 @@ class PairComparer:
     manifests, whose subjects are taken for the same persons. Without a calibration, scores are left
     empty. With a `threshold`, rows of lower scores are left out, but not rows of prints without a
     template, whose score is not known. The decision is that at the threshold, by default 40, or by
-    the matcher's share of paired minutiae. Of the prints last used, `capacity` are kept prepared.
+    the matcher's share of paired minutiae.
     """
 
     def __init__(
@@ -88,11 +82,9 @@ class PairComparer:
         same: bool = False,
         calibration: Calibration | None = None,
         threshold: float | None = None,
-        capacity: int = PREPARED_KEPT,
     ) -> None:
         self.matcher, self._database, self._same = matcher, database, same
         self._calibration, self._threshold = calibration, threshold
-        self._capacity = capacity
         self._prepared: OrderedDict[bytes, tuple[Any, NDArray[np.float64]]] = OrderedDict()
 
     def rows(self, task: ComparisonTask) -> Rows:
@@ -153,79 +145,56 @@ class PairComparer:
         if rho is None and self._calibration is None:
             return np.full(similarity.shape, "")
         matched = score >= threshold if rho is None else similarity > rho
-        lowest = np.where(np.isnan(reachable), -np.inf, reachable)
-        lacking = reachable_scores(self._calibration, lowest) < threshold
+        lacking = np.isnan(reachable) | (reachable < threshold)
         return np.where(matched, MATCH, np.where(lacking, INCONCLUSIVE, NO_MATCH))
 
     def similarities(self, task: ComparisonTask) -> NDArray[np.float64]:
-        """Return the similarity of each pair and the reachable one, shape (2, pairs).
+        """Return the similarity of each pair and the reachable score, shape (2, pairs).
 
         They are not a number where a print has no template. A probe is compared at once with all
         its references, if the matcher has 1:N comparison: the results are the same to the last bit.
         """
-        pairs, sides = task.pairs, (task.probes, task.references)
-        probes, there = (
-            {k: one.stored.data for k, one in side.items() if one.stored.data is not None}
-            for side in sides
-        )
+        pairs = task.pairs
+        there = {k: one for k, one in task.references.items() if one.stored.data is not None}
         place = {number: n for n, number in enumerate(there)}
         many = None
         if packs(self.matcher):
-            many = PreparedPrints(self._print(data)[0] for data in there.values())
+            many = PreparedPrints(self._print(one)[0] for one in there.values())
         similarity, reachable = both = np.full((2, len(pairs)), np.nan)
         usable = np.isin(pairs.reference, list(there))
-        last: tuple[bytes, bytes, float, list[str]] | None = None
-        for number, probe in probes.items():
+        for number, probe in task.probes.items():
             rows = np.flatnonzero((pairs.probe == number) & usable)
-            if not len(rows):
+            if probe.stored.data is None or not len(rows):
                 continue
             numbers = pairs.reference[rows].tolist()
             references = [there[k] for k in numbers]
-            names = [task.probes[number].name, *(task.references[k].name for k in numbers)]
             if many is not None:
                 some = many.take([place[k] for k in numbers])
                 similarity[rows] = similarities(self.matcher, self._print(probe)[0], some)
             else:
-                similarity[rows] = self._one_by_one(probe, references, names)
-            evidence = np.stack([self._print(data)[1] for data in references])
+                similarity[rows] = [self._similarity(probe, other) for other in references]
+            evidence = np.stack([self._print(other)[1] for other in references])
             ours = self._print(probe)[1]
-            reachable[rows] = reachable_similarities(self.matcher, ours, evidence)
-            last = probe, references[-1], similarity[rows[-1]], [names[0], names[-1]]
-        if last is not None:
-            self._check_repeats(*last)
+            reachable[rows] = reachable_scores(self.matcher, self._calibration, ours, evidence)
         return both
 
-    def _one_by_one(
-        self, probe: bytes, references: list[bytes], names: Sequence[str]
-    ) -> NDArray[np.float64]:
-        """Compare a template with others; an error of a plug-in has the names of both prints."""
-        similarity, k = np.zeros(len(references)), 0
+    def _similarity(self, probe: Print, reference: Print) -> float:
+        """Compare two prints; an error of a plug-in has the names of both."""
         try:
-            ours = self._print(probe)[0]
-            for k, data in enumerate(references):
-                theirs = self._print(data)[0]
-                similarity[k] = compare_prepared(self.matcher, ours, theirs).similarity
+            ours, theirs = self._print(probe)[0], self._print(reference)[0]
+            return compare_prepared(self.matcher, ours, theirs).similarity
         except MatcherError as error:
-            raise named(error, names[0], names[k + 1]) from error
-        return similarity
+            raise named(error, probe.name, reference.name) from error
 
-    def _print(self, data: bytes) -> tuple[Any, NDArray[np.float64]]:
+    def _print(self, one: Print) -> tuple[Any, NDArray[np.float64]]:
         """Return a print as the matcher prepared it, and the amount of evidence in it."""
+        data = one.stored.data
+        assert data is not None
         if data not in self._prepared:
             template = unpack(data)
             prepared = call_matcher(self.matcher, "prepare", template)
             self._prepared[data] = prepared, evidence_in(self.matcher, template, prepared)
-            if len(self._prepared) > self._capacity:
+            if len(self._prepared) > PREPARED_KEPT:
                 self._prepared.popitem(last=False)
         self._prepared.move_to_end(data)
         return self._prepared[data]
-
-    def _check_repeats(
-        self, probe: bytes, reference: bytes, similarity: float, names: Sequence[str]
-    ) -> None:
-        """Raise MatcherError where a plug-in now finds another similarity of two templates."""
-        try:
-            both = self._print(probe)[0], self._print(reference)[0]
-            check_repeats(self.matcher, *both, similarity)
-        except MatcherError as error:
-            raise named(error, *names) from error

@@ -19,7 +19,6 @@ from array import array
 from collections import defaultdict
 from dataclasses import dataclass
 from functools import partial
-from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
@@ -27,7 +26,7 @@ import numpy as np
 
 from fpmatch.errors import ScoringError
 from fpmatch.gallery.listing.csv_rows import csv_cell, csv_rows, row_error
-from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.gallery.listing.manifest import kind_of
 from fpmatch.printable import printable
 
 if TYPE_CHECKING:
@@ -35,6 +34,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
+
+    from fpmatch.gallery.batch.sources import StoredTemplate
 
 PROBE: Final = "probe"
 REFERENCE: Final = "reference"
@@ -153,13 +154,14 @@ def iterate_pairs(path: str | os.PathLike[str]) -> Iterator[ListedPair]:
 class PrintNames:
     """Find the number of a print of one side by what a list calls it.
 
-    `names` are the prints' own, different from each other, and `root` the folder in which they are
-    paths (None: they are no paths).
+    `names` are the prints' own, different from each other; `place` is the folder, the manifest or
+    the gallery that they are of. Those of a gallery are no paths.
     """
 
-    def __init__(self, names: Sequence[str], root: Path | None = None) -> None:
+    def __init__(self, place: str | os.PathLike[str], names: Sequence[str]) -> None:
         self._numbers = {name: n for n, name in enumerate(names)}
         self._paths: dict[str, list[tuple[tuple[str, ...], int]]] = defaultdict(list)
+        root = {"folder": Path(place), "manifest": Path(place).parent}.get(kind_of(place))
         if root is not None:
             above = Path(printable(root.absolute()))
             for n, name in enumerate(names):
@@ -178,12 +180,6 @@ class PrintNames:
             return None
         ending = {n for path, n in self._paths.get(parts[-1], ()) if path[-len(parts) :] == parts}
         return ending.pop() if len(ending) == 1 else None
-
-
-def print_names(place: str | os.PathLike[str], names: Sequence[str]) -> PrintNames:
-    """Return the names of the prints of a folder, a manifest or a gallery."""
-    roots = {"folder": Path(place), "manifest": Path(place).parent}
-    return PrintNames(names, roots.get(kind_of(place)))
 
 
 class ListedPairs:
@@ -234,30 +230,28 @@ class ListedPairs:
 
 
 def find_identical_pairs(
-    plan: Plan, probes: Mapping[int, bytes], references: Mapping[int, bytes], most: int
+    plan: Plan,
+    probes: Mapping[int, StoredTemplate],
+    references: Mapping[int, StoredTemplate],
+    most: int,
 ) -> tuple[int, list[tuple[int, int]]]:
     """Return how many pairs of a plan have the same digest on both sides, and the first of them.
 
-    `probes` and `references` are the digests of prints by number. All pairs are counted by groups
-    of prints with one digest, never one by one.
+    `probes` and `references` are the prints by number.
     """
-    of_digest: dict[bytes, list[int]] = {digest: [] for digest in probes.values()}
-    for number, digest in references.items():
-        if digest in of_digest:
-            of_digest[digest].append(number)
-    partners = {probe: of_digest[digest] for probe, digest in probes.items() if of_digest[digest]}
-    if not partners:
-        return 0, []
-    if isinstance(plan, AllPairs):
-        pairs = ((i, j) for i in sorted(partners) for j in partners[i])
-        return sum(map(len, partners.values())), list(islice(pairs, most))
-    identical = [
-        pair
-        for chunk in plan.chunks()
-        for pair in zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True)
-        if pair[0] in partners and references.get(pair[1]) == probes[pair[0]]
-    ]
-    return len(identical), identical[:most]
+    kinds = {one.digest: k for k, one in enumerate(probes.values()) if one.digest}
+    size = 1 + max(max(side, default=0) for side in (plan.probes, plan.references))
+    of_probe, of_reference = np.full(size, -1), np.full(size, -2)
+    for of_side, prints in ((of_probe, probes), (of_reference, references)):
+        for number, one in prints.items():
+            of_side[number] = kinds.get(one.digest, of_side[number])
+    found, first = 0, list[tuple[int, int]]()
+    for chunk in plan.chunks():
+        same = np.flatnonzero(of_probe[chunk.probe] == of_reference[chunk.reference])
+        found += len(same)
+        for k in same[: most - len(first)].tolist():
+            first.append((int(chunk.probe[k]), int(chunk.reference[k])))
+    return found, first
 
 
 def _span(number: int, size: int, end: int) -> NDArray[np.int32]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from dataclasses import dataclass, field
@@ -17,9 +16,9 @@ from fpmatch.gallery.batch.compare import ComparisonTask, PairComparer, Print
 from fpmatch.gallery.batch.plan import (
     AllPairs,
     ListedPairs,
+    PrintNames,
     find_identical_pairs,
     iterate_pairs,
-    print_names,
 )
 from fpmatch.gallery.batch.score_file import HEADER, check_format
 from fpmatch.gallery.batch.sources import open_source
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.batch.compare import Rows
     from fpmatch.gallery.batch.plan import PairChunk, Plan
-    from fpmatch.gallery.batch.sources import PrintSource
+    from fpmatch.gallery.batch.sources import PrintSource, StoredTemplate
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
@@ -118,7 +117,7 @@ def score(
     interrupted; its state is kept beside the output until that is complete.
 
     The sides are folders of prints, manifests or galleries, and `reading`, as ``dpi=500``, is as
-    for `open_source`. The output is a ``.csv`` or ``.parquet`` file. The `pairs` come from a
+    for `open_source`. The output is a ``.csv`` file. The `pairs` come from a
     list (see `ListedPairs`) or all (see `AllPairs`). Only rows whose score, by the
     `calibration` (default: the package's own for the matcher), reaches the `threshold` are kept,
     and those without a score. The `engine` is entered here (default: this process); `progress`
@@ -169,9 +168,9 @@ def score(
     with engine or serial() as place, Unfinished(target, run, lasting=lasting) as store:
         for name, (side, numbers) in stored.items():
             store.collect(name, numbers, partial(side.templates, place), partial(progress, name))
-        about = _about_prints(stored, store)
-        kept = [store.column(key, "digest", "digest != x''") for key in (of_probes, REFERENCES)]
-        identical, first = find_identical_pairs(plan, kept[0], kept[1], IDENTICAL_NAMED)
+        known = {name: store.prints(name) for name in stored}
+        both = known[of_probes], known[REFERENCES]
+        identical, first = find_identical_pairs(plan, *both, IDENTICAL_NAMED)
         database = one.title if same else f"{one.title} against {other.title}"
         begun = time.perf_counter()
         comparer = PairComparer(
@@ -198,36 +197,30 @@ def score(
         seconds=time.perf_counter() - begun,
         identical=identical,
         identical_pairs=tuple((one.names[i], other.names[j]) for i, j in first),
-        **about,
+        **_about_prints(stored, known),
     )
 
 
-def _about_prints(stored: _Stored, store: Unfinished) -> dict[str, Any]:
+def _about_prints(stored: _Stored, known: dict[str, dict[int, StoredTemplate]]) -> dict[str, Any]:
     """Return what a summary states about the prints that a run has read."""
     failures: list[ImageFailure] = []
-    assumed: list[str] = []
-    noted: list[tuple[str, list[str]]] = []
+    assumed = set[str]()
+    noted: list[tuple[str, tuple[str, ...]]] = []
     for name, (side, _) in stored.items():
-        full_names = [f"{side.place}: {one}" for one in side.names]
-        failures += _failures(name, side, store.column(name, "reason", "data IS NULL"))
-        assumed += [
-            full_names[number] for number in store.column(name, "dpi_assumed", "dpi_assumed")
-        ]
-        notes = store.column(name, "notes", "notes != '[]'")
-        noted += [(full_names[number], json.loads(text)) for number, text in notes.items()]
+        for number, one in known[name].items():
+            place = f"{side.place}: {side.names[number]}"
+            if one.reason:
+                failures.append(ImageFailure(name, side.names[number], one.reason))
+            if one.dpi_assumed:
+                assumed.add(place)
+            noted.append((place, one.notes))
+        for number, why in getattr(side, "damaged", {}).items():
+            failures.append(ImageFailure(name, f"entry {number}", f"damaged: {why}"))
     return {
         "failures": tuple(failures),
-        "dpi_assumed": tuple(sorted(set(assumed))),
+        "dpi_assumed": tuple(sorted(assumed)),
         "noted": group_by_note(noted),
     }
-
-
-def _failures(name: str, side: PrintSource, failed: dict[int, str]) -> Iterator[ImageFailure]:
-    """Yield the prints of a side without a template, and damaged entries without a name."""
-    for number, reason in failed.items():
-        yield ImageFailure(name, side.names[number], reason)
-    for number, why in getattr(side, "damaged", {}).items():
-        yield ImageFailure(name, f"entry {number}", f"damaged: {why}")
 
 
 def _tasks(
@@ -262,6 +255,6 @@ def _planned(
     if pairs is None:
         return AllPairs(len(probes.names), len(references.names))
     if isinstance(pairs, str | os.PathLike):
-        names = (print_names(side.place, side.names) for side in (probes, references))
+        names = (PrintNames(side.place, side.names) for side in (probes, references))
         return ListedPairs(pairs, *names)
     return pairs

@@ -3,55 +3,45 @@
 from __future__ import annotations
 
 import hashlib
-import json
-import math
 import re
 import zlib
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol
-
-import numpy as np
+from typing import TYPE_CHECKING, Final, Protocol
 
 from fpmatch.errors import FpmatchError, ScoringError, TemplateError, without_path
+from fpmatch.formats.json_format import CODEC, decode, encode
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View, check_minutiae
 from fpmatch.gallery.engine.workers import attempt_each
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import NamePattern, entry_names
-from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.gallery.listing.print_file import resolution_notes
+from fpmatch.gallery.listing.manifest import kind_of
 from fpmatch.gallery.listing.prints import find_prints, folder_reader, read_one_print
 from fpmatch.gallery.store.stored_template import (
+    MAGIC,
     minutiae_digest,
     stored_minutiae_digest,
     unpack_template,
 )
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.prints.reading import ASSUMED_DPI
-from fpmatch.templates.minutiae import COLUMNS, Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 
-    from numpy.typing import NDArray
-
-    from fpmatch.formats.record import TemplateRecord
     from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.listing.entry import Label
-    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.entry import Label, PrintFile
     from fpmatch.gallery.listing.prints import Reader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
+    from fpmatch.templates.minutiae import Template
 
     OpenedPrint = tuple[PrintFile, GreyImage | TemplateRecord | FpmatchError]
 
-_MAGIC: Final = b"fpmatch template\n"  # how what `pack` returns begins
-_OF_MINUTIAE: Final = ("<f4", "<f4", "<f4", "|u1", "|u1")  # types of `COLUMNS`
-_OF_FIELD: Final = ("<f4", "|b1", "<u8")  # orientation, mask and ridges
-_SUM_BYTES: Final = 4
 _ESCAPED: Final = re.compile(r"\\x([0-9a-f]{2})|\\u([0-9a-f]{4})")  # first letter of a cell
 _AT_ONCE: Final = 512  # entries of a gallery that are read by one query
 
@@ -103,21 +93,20 @@ def open_source(
     polarity: Polarity = "auto",
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
     pattern: NamePattern | None = None,
-    by_folder: bool = False,
     names: Collection[str] | None = None,
 ) -> PrintSource:
     """Open one side of `fpmatch score`; its prints are read later.
 
     The place is a folder of prints, a manifest, or a gallery: a file or the URL of a database, of
     which only the entries are read that have one of the `names`, if these are given. Of the files
-    of a folder, `dpi`, `pattern` and `by_folder` are as for
+    of a folder, `dpi` and `pattern` are as for
     `fpmatch.gallery.listing.prints.find_prints`, `polarity` and `reader` as for
     `fpmatch.image.folder_traits.find_traits`. Raises FpmatchError if there is no such
     folder or gallery, or nothing in it.
     """
     if kind_of(place) in {"gallery", "file"}:
         return GallerySource(place, names)
-    files = find_prints([place], dpi, pattern=pattern, by_folder=by_folder)
+    files = find_prints([place], dpi, pattern=pattern)
     return FolderSource(Path(place), files, dpi, polarity, reader)
 
 
@@ -144,7 +133,6 @@ class FolderSource:
         self.title = csv_cell(info.name or (place.resolve().name if place.is_dir() else place.stem))
         self.names = [file.name for file in files]
         self.paths = [str(file.path) for file in files]
-        self._on_dpi = resolution_notes([file.dpi for file in files])
         labels = [file.label for file in files]
         by_name = [one.label or NamePattern().label(Path(one.path.name)) for one in files]
         self.fingers = [
@@ -166,12 +154,9 @@ class FolderSource:
         # Read here, so that workers elsewhere need not see the files.
         opened = (_open(self._open_reader(), self._files[n]) for n in numbers)
         with closing(attempt_each(engine, _extract, opened)) as attempts:
-            for number, ((file, _), attempt) in zip(numbers, attempts, strict=True):
-                if attempt.result is None:
-                    yield StoredTemplate(None, without_path(attempt.reason, file.path))
-                else:
-                    notes = (*attempt.result.notes, *self._on_dpi[number])
-                    yield replace(attempt.result, notes=notes)
+            for (file, _), attempt in attempts:
+                why = without_path(attempt.reason, file.path)
+                yield attempt.result or StoredTemplate(None, why)
 
 
 class GallerySource:
@@ -187,7 +172,7 @@ class GallerySource:
         with self._open() as gallery:
             self.place, self.title = gallery.name, csv_cell(gallery.name)
             self.content_hash = gallery.content_hash()
-            if not gallery.has_over(0):
+            if not len(gallery):
                 raise ScoringError(f"{self.place}: the gallery is empty")
             if names is None:
                 entries = list(gallery.entries())
@@ -245,42 +230,22 @@ def _subjects_of(name: str) -> Iterator[str]:
 
 
 def pack(template: Template) -> bytes:
-    """Return a template as bytes, without loss, for `unpack`."""
-    minutiae, field = template.minutiae, template.field
-    head = [template.width, template.height, template.dpi, len(minutiae)]
-    arrays = [getattr(minutiae, name) for name in COLUMNS]
-    if field is not None:
-        fields = [field.orientation, field.mask, field.ridges][: 3 - (field.ridges is None)]
-        head += [field.step, len(fields), *field.mask.shape]
-        arrays += fields
-    types = (*_OF_MINUTIAE, *_OF_FIELD)
-    parts = [array.astype(t, copy=False).tobytes() for array, t in zip(arrays, types, strict=False)]
-    whole = b"".join([_MAGIC, json.dumps(head).encode(), b"\n", *parts])
-    return whole + zlib.crc32(whole).to_bytes(_SUM_BYTES, "little")
+    """Return a template as bytes, without loss, for `unpack`: a compressed file of JSON.
+
+    Raises TemplateError if it has too many minutiae for a file.
+    """
+    check_minutiae(len(template))
+    return zlib.compress(encode(TemplateRecord(CODEC.name, (View(template),))).data, level=1)
 
 
 def unpack(data: bytes) -> Template:
     """Return the template of bytes that `pack` or a gallery made; FpmatchError if damaged."""
-    if not data.startswith(_MAGIC):
+    if data.startswith(MAGIC):
         return unpack_template(data)
-    whole, checksum = data[:-_SUM_BYTES], data[-_SUM_BYTES:]
-    if zlib.crc32(whole).to_bytes(_SUM_BYTES, "little") != checksum:
-        raise ScoringError("a stored template is damaged", code="damaged")
-    at = whole.index(b"\n", len(_MAGIC)) + 1
-    width, height, dpi, n, *of_field = json.loads(whole[len(_MAGIC) : at])
-
-    def take(dtype: str, *shape: int) -> NDArray[Any]:
-        nonlocal at
-        array = np.frombuffer(whole, dtype, math.prod(shape), at)
-        at += array.nbytes
-        return array.reshape(shape)
-
-    minutiae = Minutiae(*(take(dtype, n) for dtype in _OF_MINUTIAE))
-    field = None
-    if of_field:
-        step, count, *shape = of_field
-        field = RidgeField(step, *(take(dtype, *shape) for dtype in _OF_FIELD[:count]))
-    return Template(minutiae, width, height, dpi, field)
+    try:
+        return decode(zlib.decompress(data), ReadingOptions()).single().template
+    except zlib.error as error:
+        raise ScoringError("a stored template is damaged", code="damaged") from error
 
 
 def _open(reader: Reader, file: PrintFile) -> OpenedPrint:

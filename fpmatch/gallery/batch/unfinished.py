@@ -23,7 +23,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from fpmatch.base.folders import create_private, make_private
 from fpmatch.base.output import atomic_write_bytes, make_missing, reason
 from fpmatch.errors import EncryptionError, OutputError, ScoringError
-from fpmatch.gallery.batch.score_file import convert_to_parquet, is_parquet
 from fpmatch.gallery.batch.sources import StoredTemplate
 from fpmatch.gallery.encryption.keys import given_source, load_keys
 from fpmatch.gallery.encryption.records import is_sealed, key_id_of, seal, unseal
@@ -182,13 +181,8 @@ class Unfinished:
 
     def _finish(self) -> None:
         """Put the file in place, and delete the state."""
-        rows = self._rows_file
         with self._writing():
-            if is_parquet(self.output):
-                rows = rows.with_suffix(self.output.suffix)
-                convert_to_parquet(self._rows_file, rows)
-            make_private(rows)
-            rows.replace(self.output)
+            self._rows_file.replace(self.output)
             self._database.close()
             shutil.rmtree(self.folder)
 
@@ -203,7 +197,10 @@ class Unfinished:
 
         `report` is called with the number of those that are, and of all.
         """
-        start, saved_at = len(self.column(side, "number")), time.monotonic()
+        query = "SELECT COUNT(*) FROM item WHERE side = ?"
+        with self._writing():
+            (start,) = self._database.execute(query, [side]).fetchone()
+        saved_at = time.monotonic()
         report(start, len(numbers))
         missing = numbers[start:]
         if not missing:
@@ -230,14 +227,17 @@ class Unfinished:
         query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
         self._database.execute(query, (side, number, data, *beside))
 
-    def prints(self, side: str, numbers: Sequence[int]) -> dict[int, StoredTemplate]:
-        """Return some stored prints of a side, by number."""
-        which = ",".join(map(str, numbers))
-        query = f"SELECT * FROM item WHERE side = ? AND number IN ({which})"
+    def prints(self, side: str, numbers: Sequence[int] | None = None) -> dict[int, StoredTemplate]:
+        """Return stored prints of a side, by number: some, or all of them without their data."""
+        data, which = "NULL", "1"
+        if numbers is not None:
+            data, which = "data", f"number IN ({','.join(map(str, numbers))})"
+        columns = f"number, {data}, reason, dpi_assumed, notes, quality, digest"
+        query = f"SELECT {columns} FROM item WHERE side = ? AND {which} ORDER BY number"
         with self._writing():
             rows = self._database.execute(query, [side]).fetchall()
         prints = {}
-        for _, number, data, why, dpi_assumed, notes, quality, digest in rows:
+        for number, data, why, dpi_assumed, notes, quality, digest in rows:
             known = why, bool(dpi_assumed), tuple(json.loads(notes)), quality, digest
             prints[number] = StoredTemplate(self._unsealed(side, number, data), *known)
         return prints
@@ -250,12 +250,6 @@ class Unfinished:
             return unseal(keys, data, purpose=_PURPOSE, bound=_place(side, number))
         except EncryptionError as error:
             raise ScoringError(f"{self.folder}: {error}", code=error.code) from error
-
-    def column(self, side: str, column: str, which: str = "1") -> dict[int, Any]:
-        """Return a column of those prints of a side for which a condition holds, by number."""
-        query = f"SELECT number, {column} FROM item WHERE side = ? AND {which} ORDER BY number"
-        with self._writing():
-            return dict(self._database.execute(query, [side]).fetchall())
 
     def _damaged(self) -> ScoringError:
         return ScoringError(f"{self.folder}: damaged; delete the folder and start again")

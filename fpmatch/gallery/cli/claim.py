@@ -15,7 +15,7 @@ from fpmatch.gallery.search.probes import read_hashed
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
-from fpmatch.matching.registry import matcher_name, states_rho
+from fpmatch.matching.registry import get_matcher, states_rho
 from fpmatch.matching.result import named
 from fpmatch.printable import json_text
 from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
@@ -32,7 +32,7 @@ def verify_claim(
     if states_rho(options.matcher):
         raise click.UsageError("rho cannot be combined with --gallery: scores decide there")
     threshold = options.decision_score()
-    calibration = load_calibration(matcher_name(options.matcher), options.calibration)
+    calibration = load_calibration(get_matcher(options.matcher).name, options.calibration)
     with open_gallery(gallery) as opened:
         probe, content = read_hashed(values["probe"], lambda: open_side(values, "probe"))
         try:

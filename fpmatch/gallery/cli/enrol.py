@@ -5,18 +5,16 @@ from __future__ import annotations
 import time
 from contextlib import ExitStack
 from dataclasses import asdict
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.notes import say_notes, say_slow_kernels, show
 from fpmatch.cli.options import MIRROR, RECORD, json_option, reading_options
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.notes import notes_as_json, say_failures
 from fpmatch.gallery.cli.options import (
-    by_folder_option,
     check_where,
     key_option,
     places_argument,
@@ -66,7 +64,6 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 @click.argument("gallery")
 @places_argument("places", metavar="FILE|DIR|MANIFEST|GALLERY...")
 @click.option("--pattern", metavar="REGEX", help="Pattern of file names; see --help-all.")
-@by_folder_option
 @reading_options
 @RECORD
 @MIRROR
@@ -107,7 +104,6 @@ def enrol(
     gallery: str,
     places: tuple[str, ...],
     pattern: str | None,
-    by_folder: bool,
     dpi: float | None,
     polarity: Polarity,
     min_quality: int,
@@ -133,8 +129,8 @@ def enrol(
     from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.listing.entry import NamePattern
-    from fpmatch.gallery.listing.kinds import kind_of
-    from fpmatch.gallery.listing.prints import extract_print, find_prints, folder_reader
+    from fpmatch.gallery.listing.manifest import kind_of
+    from fpmatch.gallery.listing.prints import find_prints
     from fpmatch.gallery.store.audit import switch
     from fpmatch.gallery.tasks import enrol as work
     from fpmatch.gallery.tasks.enrol import Enrolment
@@ -144,16 +140,11 @@ def enrol(
         load_keys()  # before any work
     galleries = [place for place in places if kind_of(place) == "gallery"]
     others = [place for place in places if place not in galleries]
-    if not others and (pattern is not None or by_folder or dpi is not None or min_quality):
-        why = "--pattern, --by-folder, --dpi and --min-quality are not for the entries of galleries"
+    if not others and (pattern is not None or dpi is not None or min_quality):
+        why = "--pattern, --dpi and --min-quality are not for the entries of galleries"
         raise click.UsageError(why)
     names = None if pattern is None else NamePattern(pattern)
-    prints = find_prints(others, dpi, pattern=names, by_folder=by_folder)
-    how: dict[str, Any] = {
-        "polarity": polarity,
-        "dpi": dpi,
-        "reader": PrintReader(raw, quiet=True, record=record, mirror=mirror),
-    }
+    prints = find_prints(others, dpi, pattern=names)
     if len(prints) > 1:
         say_slow_kernels()
     start = time.perf_counter()
@@ -161,8 +152,6 @@ def enrol(
         sources = [stack.enter_context(open_gallery(place)) for place in galleries]
         engine = stack.enter_context(make_engine(workers, scheduler))
         opened = stack.enter_context(open_gallery(gallery, create=True, encrypt=encrypt))
-        earlier = work.earlier_resolutions(opened, prints)
-        reader = folder_reader(prints, engine=engine, earlier=earlier, **how)
         bars = stack.enter_context(ProgressBars({"enrol": "enrolling"}))
         if audit:
             switch(opened, on=True)
@@ -175,15 +164,16 @@ def enrol(
                 prints,
                 pattern=names,
                 engine=engine,
-                extractor=partial(extract_print, reader=reader, min_quality=min_quality),
                 progress=bars.show,
                 into=done,
+                min_quality=min_quality,
+                polarity=polarity,
+                dpi=dpi,
+                reader=PrintReader(raw, quiet=True, record=record, mirror=mirror),
             )
         impressions, subjects = len(opened), opened.subjects()
-        name, private = opened.name, opened.private
+        name = opened.name
     seconds = time.perf_counter() - start
-    if private is False:
-        say_note(f"{name}: other users may read it; `chmod 600` makes it private")
     say_notes(done.noted)
     failed = [f"{one.source}: {one.reason}" for one in done.failures]
     say_failures(failed, f"; `fpmatch gallery list {name} --failures` shows all")

@@ -45,9 +45,8 @@ def gallery() -> None:
 
 
 def _summary_text(name: str, counted: Mapping[str, Any]) -> str:
-    dpi = ", ".join(f"{one['impressions']} at {one['dpi']:g} dpi" for one in counted["dpi"])
-    rows = {**counted, "dpi": dpi or "none", "keys": ", ".join(counted["keys"]) or "none"}
-    lines = (f"  {key.replace('_', ' '):<16}{value}" for key, value in rows.items())
+    rows = {**counted, "keys": ", ".join(counted["keys"]) or "none"}
+    lines = (f"  {key:<16}{value}" for key, value in rows.items())
     return "\n".join([printable(name), *lines])
 
 
@@ -62,13 +61,13 @@ Examples:
 """,
 )
 @_ARGUMENT
-@click.option("--summary", is_flag=True, help="Print counts and sizes alone; an object as JSON.")
+@click.option("--summary", is_flag=True, help="Print counts alone; an object as JSON.")
 @click.option("--subject", metavar="NAME", help="List the impressions of this subject only.")
 @click.option("--failures", is_flag=True, help="List what could not be enrolled, and why.")
 @json_array_option
 @key_option
 def list_(gallery: str, summary: bool, subject: str | None, failures: bool, as_json: bool) -> None:
-    """List the impressions of GALLERY, what could not be enrolled, or its counts and sizes."""
+    """List the impressions of GALLERY, what could not be enrolled, or its counts."""
     from fpmatch.gallery.gallery import open_gallery
 
     if summary + failures + (subject is not None) > 1:
@@ -232,21 +231,18 @@ def rewrite(gallery: str, encrypt: bool, as_json: bool) -> int:
     from fpmatch.gallery.gallery import free_space, open_gallery, rotate
 
     with open_gallery(gallery) as opened, ProgressBars({"rotate": "encrypting"}) as bars:
-        name, damaged = opened.name, list[dict[str, Any]]()
+        name, text = opened.name, f"{opened.name}: rewritten"
+        document = dict[str, Any]()
         if encrypt:
-            document: dict[str, Any] = rotate(opened, progress=bars.show)
-            damaged, sealed = document["damaged"], count(document["sealed"], "template")
-            text = printable(f"{name}: encrypted with key {document['key']}; {sealed} rewritten")
+            document = rotate(opened, progress=bars.show)
+            sealed = count(document["sealed"], "template")
+            text = f"{name}: encrypted with key {document['key']}; {sealed} rewritten"
         else:
-            document = free_space(opened)
-            sizes = [
-                f"  {label.capitalize():<12}{size['after']} bytes, {size['before']} before"
-                for label, size in document.items()
-            ]
-            text = "\n".join([printable(name), *sizes])
+            free_space(opened)
+    damaged = document.get("damaged", [])
     for one in damaged:
         say_note(f"{name}: entry {one['id']}, left as it is: {one['reason']}")
-    show(json_text({"gallery": name, **document}) if as_json else text)
+    show(json_text({"gallery": name, **document}) if as_json else printable(text))
     return 1 if damaged else 0
 
 

@@ -138,11 +138,11 @@ def identify(
     from fpmatch.gallery.listing.prints import find_prints
     from fpmatch.gallery.search.search import SearchOptions
     from fpmatch.matching.calibration import load_calibration
-    from fpmatch.matching.registry import matcher_name, states_rho
+    from fpmatch.matching.registry import get_matcher, states_rho
 
     if states_rho(matcher):
         raise click.UsageError("rho decides on two prints: searches go by scores")
-    curve = load_calibration(matcher_name(matcher), calibration)
+    curve = load_calibration(get_matcher(matcher).name, calibration)
     places = (*probes, *more_probes)
     if not places:
         raise click.UsageError("Missing argument 'PROBE...', or --probes.")

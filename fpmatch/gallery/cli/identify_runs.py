@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.entry import PrintFile
     from fpmatch.gallery.search.identification import (
         Candidate,
         FusedIdentification,
@@ -48,8 +48,8 @@ class Run:
     as_json: bool
 
     @contextmanager
-    def opened(self, **stages: str) -> Iterator[tuple[Gallery, Search, str, ProgressBars]]:
-        """Open the gallery, with its content, and its search; name damaged entries at the end."""
+    def opened(self, **stages: str) -> Iterator[tuple[Gallery, Search, ProgressBars]]:
+        """Open the gallery and its search; name damaged entries at the end."""
         from fpmatch.gallery.engine.engine import make_engine
         from fpmatch.gallery.gallery import open_gallery
         from fpmatch.gallery.search.search import Search
@@ -57,12 +57,11 @@ class Run:
         say_slow_kernels()
         bars = ProgressBars({"prepare": "preparing prints", **stages})
         with open_gallery(self.gallery) as gallery, bars:
-            content = gallery.content_hash()
             engine = make_engine(self.workers, self.scheduler)
             how: dict[str, Any] = {"progress": bars.show, "note": say_note}
-            search = Search.open(gallery, self.matcher, engine=engine, **how)
+            search = Search(gallery, self.matcher, engine=engine, **how)
             bars.close()
-            yield gallery, search, content, bars
+            yield gallery, search, bars
         say_damaged(gallery.name, gallery.damaged)
 
     def reader(self, files: Sequence[PrintFile]) -> Callable[[PrintFile], tuple[GivenPrint, str]]:
@@ -97,7 +96,7 @@ def identify_one_by_one(run: Run, files: Sequence[PrintFile]) -> int:
     failures: list[FpmatchError] = []
     read = run.reader(files)
     first: Identification | None = None
-    with run.opened() as (gallery, search, _, _):
+    with run.opened() as (gallery, search, _):
         for file in files:
             try:
                 given, content = read(file)
@@ -154,7 +153,7 @@ def identify_by_fingers(run: Run, files: Sequence[PrintFile]) -> int:
     names = [str(file.path) for file in files]
     positions = [file.label.finger if file.label else "" for file in files]
     given, contents = zip(*map(run.reader(files), files), strict=True)
-    with run.opened() as (gallery, search, _, _):
+    with run.opened() as (gallery, search, _):
         start = time.perf_counter()
         result = identify_fused(
             search,
@@ -211,17 +210,14 @@ def identify_to_file(
     if len(places) > 1:
         above = Path(os.path.commonpath([place.absolute() for place in places]))
     try:
-        with run.opened(identify="searching") as (gallery, search, content, bars):
+        with run.opened(identify="searching") as (gallery, search, bars):
             done = write_candidates(
-                gallery,
                 search,
                 FolderSource(above, files, run.dpi, "auto", PrintReader(quiet=True)),
                 output,
                 run.options,
-                content=content,
                 engine=make_engine(run.workers, run.scheduler),
                 progress=bars.show,
-                once=True,
             )
     except KeyboardInterrupt:
         say_note("the same command resumes the run")

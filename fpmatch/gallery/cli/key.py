@@ -11,25 +11,22 @@ from fpmatch.printable import json_text, printable
 
 
 def _full_source(text: str | None) -> str:
-    """Return the source that an argument means: without file: or env: a file."""
-    from fpmatch.gallery.encryption.keys import KEY_VARIABLE, KINDS, given_source
+    """Return the source that an argument means: a file, with ``file:`` or without."""
+    from fpmatch.gallery.encryption.keys import KEY_VARIABLE, SCHEME, given_source
 
     if text is None and not given_source():
-        raise click.UsageError(f"give a FILE or SOURCE, or set {KEY_VARIABLE}")
+        raise click.UsageError(f"give a FILE, or set {KEY_VARIABLE}")
     chosen = given_source() if text is None else text
-    return chosen if chosen.partition(":")[0] in KINDS else f"file:{chosen}"
+    return chosen if chosen.startswith(SCHEME) else f"{SCHEME}{chosen}"
 
 
 @click.command(
     cls=Command,
-    epilog="""\b
-Sources:
-  file:PATH  a text file that no other user may read: mode 0600
-  env:NAME   an environment variable with the text; it is not changed
-
-A source has one key a line: its id and 32 bytes in base64. The first is the current key, with which
-new galleries are encrypted; delete the line of another once no gallery needs it. The option --key
-of other commands, or the environment variable FPMATCH_KEY, names a source.
+    epilog="""
+FILE is a text file that no other user may read, of mode 0600, with one key a line: its id and 32
+bytes in base64. The first is the current key, with which new galleries are encrypted; delete the
+line of another once no gallery needs it. The option --key of other commands, or the environment
+variable FPMATCH_KEY, names it as file:PATH.
 
 \b
 Examples:
@@ -38,14 +35,14 @@ Examples:
   fpmatch key keys.txt --add
 """,
 )
-@click.argument("source", metavar="FILE|SOURCE", required=False)
-@click.option("--new", is_flag=True, help="Make a random key, and write it to a new source.")
+@click.argument("source", metavar="FILE", required=False)
+@click.option("--new", is_flag=True, help="Make a random key, and write it to a new FILE.")
 @click.option(
     "--add", is_flag=True, help="Put a new key before those that are there, as the current one."
 )
 @json_option
 def key(source: str | None, new: bool, add: bool, as_json: bool) -> None:
-    """List the ids of the keys in FILE or SOURCE, the current one first, or change its keys.
+    """List the ids of the keys in FILE, the current one first, or change its keys.
 
     The keys are of encrypted galleries, which are lost without them: keep a copy
     elsewhere.

@@ -4,20 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.cli.notes import MOST_SHOWN, first_of, say, say_note
+from fpmatch.cli.notes import MOST_SHOWN, say
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-
-def say_dpi_assumed(prints: Sequence[object], remedy: str) -> None:
-    """Note of which prints of a batch the resolution is unknown, and what sets it."""
-    from fpmatch.templates.minutiae import STANDARD_DPI
-
-    if prints:
-        assumed = f"{STANDARD_DPI:g} dpi assumed; the resolution is unknown ({remedy} sets it)"
-        say_note(f"{first_of(prints)}: {assumed}")
 
 
 def say_failures(failures: Sequence[str], shown_by: str = "", *, word: str = "failed") -> None:

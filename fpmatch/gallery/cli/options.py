@@ -17,24 +17,13 @@ def _use_key(ctx: click.Context, param: click.Parameter, value: str | None) -> N
     if value is None:
         return
     from fpmatch.errors import EncryptionError
-    from fpmatch.gallery.encryption.keys import KEY_VARIABLE, split_source
+    from fpmatch.gallery.encryption.keys import KEY_VARIABLE, path_of
 
     try:
-        split_source(value)
+        path_of(value)
     except EncryptionError as error:
         raise click.BadParameter(str(error)) from error
-    before = os.environ.get(KEY_VARIABLE)
     os.environ[KEY_VARIABLE] = value
-    ctx.call_on_close(partial(_restore_key, before))
-
-
-def _restore_key(before: str | None) -> None:
-    from fpmatch.gallery.encryption.keys import KEY_VARIABLE
-
-    if before is None:
-        os.environ.pop(KEY_VARIABLE, None)
-    else:
-        os.environ[KEY_VARIABLE] = before
 
 
 def check_where(workers: int | None, scheduler: str | None) -> None:
@@ -46,13 +35,6 @@ def check_where(workers: int | None, scheduler: str | None) -> None:
 places_argument: Final = partial(click.argument, nargs=-1, required=True)  # with URLs
 pattern_option: Final = click.option(
     "--pattern", metavar="REGEX", help="Pattern of file names; see fpmatch enrol --help-all."
-)
-by_folder_option: Final = click.option(
-    "--by-folder",
-    is_flag=True,
-    hidden=True,
-    help="The folders in DIR are fingers, or subjects whose folders are fingers.  [default: where "
-    "DIR has no prints itself]",
 )
 workers_option: Final = click.option(
     "--workers", type=FROM_1, help="Processes to use.  [default: all cores]"
@@ -69,6 +51,6 @@ key_option: Final = click.option(
     expose_value=False,
     callback=_use_key,
     hidden=True,
-    help="Keys of encrypted galleries: file:PATH or env:NAME; see "
-    "fpmatch key --help.  [default: that of the environment variable FPMATCH_KEY]",
+    help="Keys of encrypted galleries, file:PATH; see fpmatch key --help.  [default: that of the "
+    "environment variable FPMATCH_KEY]",
 )

@@ -17,9 +17,8 @@ from fpmatch.cli.options import (
     reading_options,
 )
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed, say_failures
+from fpmatch.gallery.cli.notes import notes_as_json, say_failures
 from fpmatch.gallery.cli.options import (
-    by_folder_option,
     check_where,
     key_option,
     pattern_option,
@@ -77,7 +76,7 @@ Interrupted:
 Examples:
   fpmatch score --references enrolled --probes seized -o scores.csv
   fpmatch score --references prints.db --probes seized -o hits.csv --threshold 40
-  fpmatch score --references prints --probes prints --pairs list.csv -o scores.parquet
+  fpmatch score --references prints --probes prints --pairs list.csv -o scores.csv
   fpmatch score --references prints.db --probes seized -o scores.csv --scheduler tcp://host:8786
 
 Exit status: 0 when every pair has a similarity, 1 when some prints have no template (their pairs
@@ -91,7 +90,7 @@ are rows with the reason), 2 when the run could not be done.
     help="Folder of prints, manifest (CSV with path and subject), or gallery (file or URL).",
 )
 @click.option("--probes", metavar=_SIDE, required=True, help="The same for the other side.")
-@output_option(metavar="OUT.csv|.parquet", help="File of scores; Parquet needs fpmatch[parquet].")
+@output_option(metavar="OUT.csv", help="File of scores.")
 @file_option(
     "--pairs",
     metavar="LIST",
@@ -99,7 +98,6 @@ are rows with the reason), 2 when the run could not be done.
     "[default: all]",
 )
 @pattern_option
-@by_folder_option
 @click.option(
     "--threshold", type=float, metavar="SCORE", help="Keep only rows of this score or more."
 )
@@ -120,7 +118,6 @@ def score(
     probes: str,
     output: Path,
     pattern: str | None,
-    by_folder: bool,
     matcher: str,
     calibration: Path | None,
     dpi: float | None,
@@ -140,11 +137,11 @@ def score(
     from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.matching.calibration import load_calibration
-    from fpmatch.matching.registry import matcher_name
-    from fpmatch.prints.reading import PrintReader
+    from fpmatch.matching.registry import get_matcher
+    from fpmatch.prints.reading import ASSUMED_DPI, PrintReader
 
     check_where(workers, scheduler)
-    fitted = load_calibration(matcher_name(matcher), calibration) if calibration else None
+    fitted = load_calibration(get_matcher(matcher).name, calibration) if calibration else None
     say_slow_kernels()
     try:
         with make_engine(workers, scheduler) as engine, ProgressBars(_STAGES) as bars:
@@ -161,7 +158,6 @@ def score(
                 polarity=polarity,
                 reader=PrintReader(raw, quiet=True),
                 pattern=None if pattern is None else NamePattern(pattern),
-                by_folder=by_folder,
                 **choice,
             )
     except KeyboardInterrupt:
@@ -169,8 +165,7 @@ def score(
         raise
     if done.resumed == done.pairs:
         say_note(f"{printable(done.output)}: done already")
-    say_dpi_assumed(done.dpi_assumed, "--dpi")
-    say_notes(done.noted)
+    say_notes({ASSUMED_DPI: done.dpi_assumed, **done.noted} if done.dpi_assumed else done.noted)
     if done.identical:
         pairs = [f"{probe} with {reference}" for probe, reference in done.identical_pairs]
         shown = f"{'; '.join(pairs[:3])}{' and others' * (done.identical > len(pairs[:3]))}"

@@ -1,4 +1,4 @@
-"""Keys of encrypted data, and their sources, a file or the environment: read, make and add keys.
+"""Keys of encrypted data in private files: read, make and add keys.
 
 A text of keys has one key a line, its id and its 32 bytes in base64; the first is the current one,
 with which new data are sealed::
@@ -31,8 +31,8 @@ KEY_VARIABLE: Final = "FPMATCH_KEY"
 
 KEY_BYTES: Final = 32
 ID_DIGITS: Final = 16  # of a key id, hexadecimal
-KINDS: Final = ("file", "env")
-SOURCES: Final = "file:PATH or env:NAME"
+SCHEME: Final = "file:"
+SOURCE: Final = f"{SCHEME}PATH"
 _LARGEST_TEXT: Final = 2**16  # characters: some hundred keys
 _OTHERS: Final = stat.S_IRWXG | stat.S_IRWXO
 _HEAD: Final = "# keys of fpmatch, the current one first; without them the data are lost\n"
@@ -151,8 +151,8 @@ def load_keys(source: KeyRing | str | None = None, key_id: str = "") -> KeyRing:
     Parameters
     ----------
     source : KeyRing or str, optional
-        ``file:PATH`` (which no other user may read) or ``env:NAME`` (default: that in the
-        environment variable ``FPMATCH_KEY``); keys are returned as they are.
+        ``file:PATH``, which no other user may read (default: that in the environment variable
+        ``FPMATCH_KEY``); keys are returned as they are.
     key_id : str
         The id of the key that is needed, which the error names where there is no source.
 
@@ -163,11 +163,12 @@ def load_keys(source: KeyRing | str | None = None, key_id: str = "") -> KeyRing:
 
     Examples
     --------
-    >>> import os
-    >>> from fpmatch.gallery.encryption.keys import load_keys
-    >>> os.environ["MY_KEY"] = "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA="
-    >>> load_keys("env:MY_KEY").current
-    Key('4290bd01905d96eb')
+    >>> import tempfile
+    >>> from fpmatch.gallery.encryption.keys import load_keys, make_keys
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     made = make_keys(f"file:{folder}/keys.txt")
+    ...     load_keys(f"file:{folder}/keys.txt").ids == made.ids
+    True
     """
     if isinstance(source, KeyRing):
         return source
@@ -175,14 +176,9 @@ def load_keys(source: KeyRing | str | None = None, key_id: str = "") -> KeyRing:
     if not chosen and key_id:
         raise _missing_key(key_id)
     if not chosen:
-        why = f"no key was given; {KEY_VARIABLE} names one: {SOURCES}"
+        why = f"no key was given; {KEY_VARIABLE} names one: {SOURCE}"
         raise EncryptionError(why, code="missing key")
-    kind, name = split_source(chosen)
-    text = _read_file(Path(name)) if kind == "file" else os.environ.get(name, "")
-    if not text:
-        what = "variable is not set" if kind == "env" else "no keys there"
-        raise EncryptionError(what, path=chosen, code="missing source")
-    return KeyRing(parse_keys(text, chosen), chosen)
+    return KeyRing(parse_keys(_read_file(path_of(chosen)), chosen), chosen)
 
 
 def make_keys(source: str) -> KeyRing:
@@ -190,7 +186,7 @@ def make_keys(source: str) -> KeyRing:
 
     Raises EncryptionError if there is something, or it cannot be written.
     """
-    if _path_of(source).exists():
+    if path_of(source).exists():
         why = "is there already; --add puts a new key into it, as the current one"
         raise EncryptionError(why, path=source, code="exists")
     return _write(source, [])
@@ -198,18 +194,17 @@ def make_keys(source: str) -> KeyRing:
 
 def add_key(source: str) -> KeyRing:
     """Put a new key, as the current one, before the keys of a source; return all."""
-    _path_of(source)
     old = load_keys(source)
     return _write(source, map(old.find, old.ids))
 
 
-def split_source(source: str) -> tuple[str, str]:
-    """Return kind and name of a source of keys; EncryptionError if it is none."""
-    kind, _, name = source.partition(":")
-    if kind not in KINDS or not name:
+def path_of(source: str) -> Path:
+    """Return the file of a source of keys; EncryptionError if it is none."""
+    path = source.removeprefix(SCHEME)
+    if path in {source, ""}:
         # the text is not repeated: it may be a key
-        raise EncryptionError(f"not a source of keys: expected {SOURCES}", code="source")
-    return kind, name
+        raise EncryptionError(f"not a source of keys: expected {SOURCE}", code="source")
+    return Path(path)
 
 
 def parse_keys(text: str, source: str) -> list[Key]:
@@ -251,18 +246,9 @@ def _read_file(path: Path) -> str:
         raise EncryptionError(why.lower(), path=source, code="missing source") from error
 
 
-def _path_of(source: str) -> Path:
-    """Return the file of a source; EncryptionError if it is the environment."""
-    kind, name = split_source(source)
-    if kind == "env":
-        why = "a variable of the environment cannot be changed; give file:PATH"
-        raise EncryptionError(why, path=source, code="source")
-    return Path(name)
-
-
 def _write(source: str, old: Iterable[Key]) -> KeyRing:
     """Write a new key and old ones to a file that no other user can read; it appears whole."""
-    path = _path_of(source)
+    path = path_of(source)
     keys = [Key(secrets.token_bytes(KEY_BYTES)), *old]
     try:
         with atomic_write(path) as stream:

@@ -1,7 +1,7 @@
 """Engines: where the chunks of a batch are worked on.
 
-`serial` works in this process, `processes` in several on this machine; `make_engine` also returns
-an engine of a Dask cluster that is already running. With every engine the results come in the
+`serial` works in this process; `make_engine` returns one of several on this machine, or of a Dask
+cluster that is already running. With every engine the results come in the
 order of the chunks and are the same to the last bit.
 """
 
@@ -19,13 +19,16 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from fpmatch._version import __version__
 from fpmatch.base.threads import available_cores
 from fpmatch.errors import EngineError
-from fpmatch.gallery.engine.executors import POLL_S, Workers, open_cluster, open_processes
+from fpmatch.gallery.engine.executors import POLL_S, open_cluster, open_processes
 from fpmatch.gallery.engine.worker import run_chunk, single_threaded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
     from concurrent.futures import Future
+    from contextlib import AbstractContextManager
     from typing import Self
+
+    from fpmatch.gallery.engine.executors import Workers
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
@@ -41,23 +44,19 @@ _ONE_PROCESS: Final = (
 class Engine:
     """Works on chunks; as a context manager it keeps its workers from one `map` to the next.
 
-    There are `workers` processes of this machine, or the workers of a `scheduler`'s Dask cluster;
-    without both, this process works.
+    What `start` opens are its workers; without it, this process works.
     """
 
-    def __init__(self, workers: int | None = None, scheduler: str | None = None) -> None:
-        self._is_serial = workers is None and scheduler is None
-        self._open = partial(open_processes, workers or 1)
-        if scheduler is not None:
-            self._open = partial(open_cluster, scheduler)
+    def __init__(self, start: Callable[[], AbstractContextManager[Workers]] | None = None) -> None:
+        self._start = start
         self._workers: Workers | None = None
         self._running = ExitStack()
         self._entered = 0
 
     def __enter__(self) -> Self:
         """Start the workers, unless they run already, and keep them until the block ends."""
-        if self._workers is None and not self._is_serial:
-            self._workers = self._running.enter_context(self._open())
+        if self._workers is None and self._start is not None:
+            self._workers = self._running.enter_context(self._start())
         self._entered += 1
         return self
 
@@ -84,18 +83,18 @@ class Engine:
         needs to fit into memory. Closing the generator cancels the chunks that have not begun.
 
         `work` is a function at the top of a module; no process works on two chunks at once, and
-        OpenCV and numpy are kept on one thread. `shared` is what all chunks need: each worker
-        unpacks it once, and `work` may cache results in that copy. Work that is defined in a
-        notebook or in the script that was started is done in this process, with a warning. Raises
-        EngineError if the engine broke down, with the `name` of the chunks that were worked on;
-        errors of `work` are passed on.
+        OpenCV and numpy are kept on one thread. `shared` is what all chunks need: it is sent with
+        each, but a worker unpacks it once, and `work` may cache results in that copy. Work that is
+        defined in a notebook or in the script that was started is done in this process, with a
+        warning. Raises EngineError if the engine broke down, with the `name` of the chunks that
+        were worked on; errors of `work` are passed on.
 
         Examples
         --------
         >>> list(serial().map(pow, 2, [1, 2, 3]))
         [2, 4, 8]
         """
-        packed = b"" if self._is_serial else _packed(work, shared)
+        packed = b"" if self._start is None else _packed(work, shared)
         if b"__main__" in packed:
             warnings.warn(_ONE_PROCESS, RuntimeWarning, stacklevel=2)
         if not packed or b"__main__" in packed:
@@ -109,30 +108,22 @@ class Engine:
     def _map(
         self, packed: bytes, chunks: Iterable[Chunk], name: Callable[[Chunk], str] | None
     ) -> Generator[Any, None, None]:
-        """Yield the results of workers, to which the task is sent as long as some may lack it."""
+        """Yield the results of workers."""
         assert self._workers is not None
-        workers, run = self._workers, uuid.uuid4().hex
+        workers = self._workers
         pending: deque[tuple[Chunk, Future[Any]]] = deque()
 
-        def submit(chunk: Chunk, task: bytes) -> Future[Any]:
-            return workers.executor.submit(run_chunk, run, task, chunk)
-
         def first() -> Any:
-            chunk, future = pending[0]
-            while not wait([future], POLL_S).done:
+            while not wait([pending[0][1]], POLL_S).done:
                 workers.check()
-            answer = future.result()
-            if answer is None:  # of a worker that lacks the task
-                pending[0] = chunk, submit(chunk, packed)
-                return first()
+            result = pending[0][1].result()
             pending.popleft()
-            return answer[0]
+            return result
 
         try:
-            for number, chunk in enumerate(chunks):
-                window = CHUNKS_IN_FLIGHT * workers.count()
-                pending.append((chunk, submit(chunk, packed if number < window else b"")))
-                if len(pending) >= window:
+            for chunk in chunks:
+                pending.append((chunk, workers.executor.submit(run_chunk, packed, chunk)))
+                if len(pending) >= CHUNKS_IN_FLIGHT * workers.count():
                     yield first()
             while pending:
                 yield first()
@@ -151,12 +142,13 @@ class Engine:
 
 
 def _packed(work: Callable[..., Any], shared: object) -> bytes:
-    """Return what workers read of a task: the version, a function, and what its chunks share.
+    """Return what workers read of a task: a name, the version, a function, what its chunks share.
 
     Raises EngineError for what no other process can be sent, such as a matcher with a lambda.
     """
     try:
-        return pickle.dumps((__version__, work, shared), pickle.HIGHEST_PROTOCOL)
+        task = uuid.uuid4().hex, __version__, work, shared
+        return pickle.dumps(task, pickle.HIGHEST_PROTOCOL)
     except (AttributeError, TypeError, pickle.PicklingError) as error:
         raise EngineError(
             f"cannot be sent to other processes: {error}; one worker needs none"
@@ -168,29 +160,24 @@ def serial() -> Engine:
     return Engine()
 
 
-def processes(workers: int | None = None) -> Engine:
-    """Return the engine of several processes on this machine.
+def make_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
+    """Return the engine of several processes of this machine, or of a Dask cluster.
 
-    They start with the block of the engine as a context manager, or with a `map`, and end with it.
-    There are `workers` of them (default: one a core); 1 works in this process, and less is a
-    ValueError.
+    Processes start with the block of the engine as a context manager, or with a `map`, and end with
+    it. There are `workers` of them (default: one a core); 1 works in this process.
+
+    With a `scheduler`, the address of a cluster's, as ``tcp://host:8786``, its workers may join and
+    leave; what a lost one had is computed again by another. They need the same version of fpmatch,
+    but none of the files. On entering, EngineError is raised if Dask is not installed (extra
+    ``fpmatch[dask]``), or no scheduler answers.
+
+    Less than one worker, or workers and a scheduler, are a ValueError.
     """
+    if scheduler is not None:
+        if workers is not None:
+            raise ValueError("give workers or a scheduler, not both")
+        return Engine(partial(open_cluster, scheduler))
     count = available_cores() if workers is None else workers
     if count < 1:
         raise ValueError(f"workers must be at least 1, not {count}")
-    return Engine(None if count == 1 else count)
-
-
-def make_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
-    """Return the engine of a Dask cluster if there is a scheduler, else `processes`.
-
-    `scheduler` is its address, as ``tcp://host:8786``. Workers may join and leave; what a lost
-    worker had is computed again by another. They need the same version of fpmatch, but none of the
-    files. On entering, EngineError is raised if Dask is not installed (extra ``fpmatch[dask]``), or
-    no scheduler answers. Workers and a scheduler are a ValueError.
-    """
-    if scheduler is None:
-        return processes(workers)
-    if workers is not None:
-        raise ValueError("give workers or a scheduler, not both")
-    return Engine(scheduler=scheduler)
+    return Engine(None if count == 1 else partial(open_processes, count))

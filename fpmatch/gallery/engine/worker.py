@@ -7,6 +7,7 @@ import os
 import pickle
 import signal
 from contextlib import contextmanager, nullcontext
+from functools import lru_cache
 from threading import Lock, Thread
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 TASKS_HELD: Final = 2  # that a worker keeps, the latest ones
-_tasks: dict[str, tuple[Any, Any]] = {}  # by run: a function, and what its chunks share
 _one_at_a_time: Final = Lock()  # workers of a cluster may have several threads
 _own: list[bool] = []  # not empty in a process that `init_worker` has prepared
 
@@ -44,22 +44,20 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def run_chunk(run: str, task: bytes, chunk: Any) -> tuple[Any] | None:
-    """Work on a chunk of a run; None where the task did not come with it, and is not known."""
+def run_chunk(task: bytes, chunk: Any) -> Any:
+    """Work on a chunk of a task, which `Engine.map` has packed."""
     with _one_at_a_time, nullcontext() if _own else single_threaded():
-        if run not in _tasks:
-            if not task:
-                return None
-            version, work, shared = pickle.loads(task)
-            if version != __version__:
-                raise EngineError(
-                    f"a worker has fpmatch {__version__}, not {version}: scores might differ"
-                )
-            _tasks[run] = work, shared
-            if len(_tasks) > TASKS_HELD:
-                del _tasks[next(iter(_tasks))]
-        work, shared = _tasks[run]
-        return (work(shared, chunk),)
+        work, shared = _unpacked(task)
+        return work(shared, chunk)
+
+
+@lru_cache(TASKS_HELD)
+def _unpacked(task: bytes) -> tuple[Any, Any]:
+    """Return the function of a task, and what its chunks share."""
+    _, version, work, shared = pickle.loads(task)
+    if version != __version__:
+        raise EngineError(f"a worker has fpmatch {__version__}, not {version}: scores might differ")
+    return work, shared
 
 
 def keep_single_threaded() -> None:

@@ -21,7 +21,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.decision import DEFAULT_THRESHOLD, Rule
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.matching.result import call_matcher, check_repeats, compare_prepared
+from fpmatch.matching.result import call_matcher, compare_prepared
 from fpmatch.matching.verify import decide
 
 if TYPE_CHECKING:
@@ -101,7 +101,6 @@ def verify_finger(
     similarities = [comparison.similarity for comparison in comparisons]
     scores = rule.calibration.scores(similarities)
     best = int(np.argmax(similarities))
-    check_repeats(rule.matcher, ours[1], sides[best][1], similarities[best])
     score = max(0.0, fused_score(scores) - allowance)
     verification = decide(
         rule, ours, sides[best], comparisons[best], score, impressions=tuple(sides)

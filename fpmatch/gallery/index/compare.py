@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.parameters import USUAL
 
@@ -80,7 +80,7 @@ def similarities(
     if own and packs(matcher) and not matcher.by_reference and some:
         # which of two prints comes first, by their content, decides how they are compared
         order[:] = [(one.key > key) - (one.key < key) for one in some]
-        pipeline = pipeline_for(probe, max(len(probe), *map(len, some)))
+        pipeline = pipeline_for(probe)
         index_neighbours(pipeline, probe)
         compare_each(pipeline, references.views, order, similarity)
     for k in np.flatnonzero(order == 0).tolist():

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from fpmatch.base.network import Network
-from fpmatch.matching.constants.prints import ORIENTATIONS
+from fpmatch.matching.constants import ORIENTATIONS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -24,7 +24,7 @@ from fpmatch._version import __version__
 from fpmatch.base.folders import make_folder, remove_unfinished
 from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError, OutputError
-from fpmatch.gallery.engine.engine import processes, serial
+from fpmatch.gallery.engine.engine import make_engine, serial
 from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress
 from fpmatch.gallery.index.segment import COLUMNS, MOST_PRINTS, Segment, parameters
@@ -109,7 +109,7 @@ class GalleryIndex:
             named = self._read(folder, gallery.name) | named
         self._held, there = _counted(named, numbers, digests)
         new = numbers[~there]
-        with serial() if len(new) <= FEW else self._engine or processes() as engine:
+        with serial() if len(new) <= FEW else self._engine or make_engine() as engine:
             for first in range(0, max(len(new), 1), MOST_PRINTS):
                 some = new[first : first + MOST_PRINTS]
                 given = digests[np.searchsorted(numbers, some)]

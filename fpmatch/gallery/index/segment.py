@@ -17,8 +17,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.embedding import LENGTH, NETWORK_SHA256, embeddings
 from fpmatch.gallery.index.terms import CURVATURES, TERMS, index_model, print_terms
 from fpmatch.gallery.store.array_file import Column
-from fpmatch.matching.compiled import COMPILED
-from fpmatch.matching.constants.prints import NEIGHBOUR_WORDS, ORIENTATION_WORDS, UNKNOWN_BIN
+from fpmatch.matching.constants import COMPILED, NEIGHBOUR_WORDS, ORIENTATION_WORDS, UNKNOWN_BIN
 from fpmatch.matching.parameters import USUAL
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ import numpy as np
 
 from fpmatch.base.parsing import parse_json
 from fpmatch.gallery.index.embedding import turned_embeddings
-from fpmatch.matching.constants.prints import ORIENTATIONS
+from fpmatch.matching.constants import ORIENTATIONS
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:

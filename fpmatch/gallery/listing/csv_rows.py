@@ -68,9 +68,7 @@ def csv_rows(
                     yield line, cells
             line = skipped + reader.line_num
     except UnicodeDecodeError as bad:
-        line, byte = _bad_byte(source)
-        why = f"line {line}: not a CSV file in UTF-8 (byte 0x{byte:02x})"
-        raise error(why, path=path, code="not text") from bad
+        raise error("not a CSV file in UTF-8", path=path, code="not text") from bad
     except csv.Error as bad:
         raise error(f"line {line + 1}: not a CSV file: {bad}", path=path, code="not CSV") from bad
     except OSError as bad:
@@ -106,13 +104,3 @@ def row_error(
     """Return the error for a malformed row; `why` may begin with the name of a column."""
     comma = "," if why.startswith("column ") else ":"
     return error(f"line {line}{comma} {why}", path=path, code="malformed row")
-
-
-def _bad_byte(path: Path) -> tuple[int, int]:
-    """Return line and value of the first byte of a file that is not UTF-8."""
-    data = path.read_bytes()
-    try:
-        data.decode()
-    except UnicodeDecodeError as error:
-        return data.count(b"\n", 0, error.start) + 1, data[error.start]
-    raise AssertionError("only called for what cannot be decoded")

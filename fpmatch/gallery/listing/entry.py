@@ -1,4 +1,4 @@
-"""Enrolled impressions, and their labels, which the names of files contain."""
+"""Prints to enrol, enrolled impressions, and their labels, which the names of files contain."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from fpmatch.printable import printable
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
-
-    from fpmatch.templates.minutiae import Template
 
 MOST_LETTERS: Final = 255
 """Of a subject, a finger or an impression."""
@@ -110,6 +108,26 @@ class NamePattern:
 
 
 @dataclass(frozen=True, slots=True)
+class PrintFile:
+    """The file of an image or a template, and its resolution (None: that in the file).
+
+    `label` is that of a manifest, a pattern or the folders; None where only the file's name may
+    contain one. `name` is the file's, or the path by which a manifest or a folder of folders has
+    it, as `csv_cell` makes it. `place` is the folder above its own, or the manifest, from which it
+    was taken.
+    """
+
+    path: Path
+    dpi: float | None = None
+    label: Label | None = None
+    name: str = ""
+    place: Path | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", csv_cell(self.name or self.path.name))
+
+
+@dataclass(frozen=True, slots=True)
 class EnrolmentRequest:
     """The label, the file and the resolution of a print whose template is not yet extracted.
 
@@ -127,20 +145,10 @@ class EnrolmentRequest:
 
 @dataclass(frozen=True, slots=True)
 class NewEntry:
-    """An impression to be enrolled; `source` is the name of its file."""
+    """An impression to be enrolled; `fpmatch.gallery.store.rows.new_entry` makes one.
 
-    label: Label
-    source: str
-    content: bytes
-    template: Template
-
-
-@dataclass(frozen=True, slots=True)
-class PackedEntry:
-    """An impression to be enrolled whose template is packed, as a gallery stores it.
-
-    `content` is the SHA-256 of the file `source`; `dpi` and `minutiae`, their number, are those of
-    the template.
+    `content` is the SHA-256 of the file `source`; the `template` is packed, as a gallery stores it,
+    and `dpi` and `minutiae`, their number, are its own. Raises GalleryError as `Label.check` does.
     """
 
     label: Label
@@ -149,6 +157,9 @@ class PackedEntry:
     dpi: float
     minutiae: int
     template: bytes
+
+    def __post_init__(self) -> None:
+        self.label.check()
 
 
 @dataclass(frozen=True, slots=True)

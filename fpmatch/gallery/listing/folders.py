@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.base.output import reason
 from fpmatch.base.parsing import read_head
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.listing.entry import Label, NamePattern
-from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.gallery.listing.entry import Label, NamePattern, PrintFile
 from fpmatch.printable import printable
 
 if TYPE_CHECKING:
@@ -64,14 +63,12 @@ def prints_below(root: Path) -> list[PrintFile]:
     ]
 
 
-def labelled_by_folder(
-    root: Path, prints: Iterable[PrintFile], *, certain: bool = False
-) -> list[PrintFile]:
+def labelled_by_folder(root: Path, prints: Iterable[PrintFile]) -> list[PrintFile]:
     """Return the prints of the subfolders of a folder, with labels from these.
 
     A subfolder is a finger, or a subject whose subfolders are fingers; the name of a file, without
-    suffix, is the impression. Unless that is `certain`, a folder with prints of different subjects
-    by FVC's names is refused: it is a database. Raises DatasetError if the prints lie otherwise.
+    suffix, is the impression. A folder with prints of different subjects by FVC's names is refused:
+    it is a database. Raises DatasetError if the prints lie otherwise.
     """
     above = {folder for file in prints for folder in file.path.parent.parents}
     subjects: dict[Path, str] = {}
@@ -80,10 +77,10 @@ def labelled_by_folder(
         folder, named = file.path.parent, NamePattern().label(file.path)
         parts = folder.relative_to(root).parts
         subject = subjects.setdefault(folder, named.subject) if named is not None else ""
-        if not certain and named is not None and subject != named.subject:
+        if named is not None and subject != named.subject:
             why = (
                 "prints of several fingers by their names FFF_M; give the folder by itself if it "
-                "is a database, --by-folder if it is one finger, or --pattern if one subject"
+                "is a database, or --pattern if it is one finger or subject"
             )
             raise DatasetError(why, path=folder, code="database")
         if not 1 <= len(parts) <= 2 or folder in above:

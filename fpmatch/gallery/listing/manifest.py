@@ -1,4 +1,4 @@
-r"""Manifests: CSV files that list prints with their subjects and fingers.
+r"""Manifests, CSV files that list prints with their subjects and fingers, and what else is given.
 
 An example::
 
@@ -15,38 +15,56 @@ resolution comes from a ``dataset.toml`` in the folder of the print, else from t
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import replace
 from functools import partial
+from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 from fpmatch.base.parsing import read_head
 from fpmatch.errors import DatasetError, GalleryError, ResolutionError
 from fpmatch.gallery.listing.csv_rows import DELIMITERS, csv_rows, row_error
-from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.listing.print_file import PrintFile, number_impressions
+from fpmatch.gallery.listing.entry import Label, PrintFile
 from fpmatch.printable import as_file_name
 from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
+SQLITE_HEADER: Final = b"SQLite format 3\0"
 COLUMNS: Final = ("path", "subject", "finger", "impression", "dpi")
 NEEDED: Final = COLUMNS[:2]
 _at: Final = partial(row_error, DatasetError)
 _FORM: Final = "a manifest has the columns path and subject, and may have finger, impression, dpi"
 
+Kind = Literal["gallery", "manifest", "folder", "file"]
 
-def is_manifest(path: str | os.PathLike[str]) -> bool:
-    """Return whether the first row of a file names a column ``path``."""
-    if not Path(path).is_file():
-        return False
-    head = read_head(Path(path)).decode("utf-8", "replace").removeprefix("\ufeff").lstrip()
-    first = head.partition("\n")[0]
+
+def kind_of(place: str | os.PathLike[str]) -> Kind:
+    """Return whether a path or URL leads to a gallery, a manifest, a folder or any other file.
+
+    Where nothing is, it is a "folder".
+
+    Examples
+    --------
+    >>> kind_of("postgresql://me@host/prints"), kind_of("nowhere")
+    ('gallery', 'folder')
+    """
+    path = Path(place)
+    if "://" in str(place):
+        return "gallery"
+    if not path.is_file():
+        return "folder"
+    head = read_head(path)
+    if head.startswith(SQLITE_HEADER):
+        return "gallery"
+    first = head.decode("utf-8", "replace").removeprefix("\ufeff").lstrip().partition("\n")[0]
     for mark in DELIMITERS:
         first = first.replace(mark, "\n")
-    return "path" in {cell.strip().strip('"').casefold() for cell in first.split("\n")}
+    names = {cell.strip().strip('"').casefold() for cell in first.split("\n")}
+    return "manifest" if "path" in names else "file"
 
 
 def read_manifest(path: str | os.PathLike[str]) -> list[PrintFile]:
@@ -74,6 +92,25 @@ def read_manifest(path: str | os.PathLike[str]) -> list[PrintFile]:
         raise DatasetError("the manifest lists no prints", path=path, code="empty")
     numbered = zip(prints, number_impressions(labels), strict=True)
     return [replace(file, label=label) for file, label in numbered]
+
+
+def number_impressions(labels: Sequence[Label]) -> list[Label]:
+    """Return labels of which those without an impression have got a number, in their order.
+
+    Examples
+    --------
+    >>> [str(one) for one in number_impressions([Label("ada"), Label("ada", "", "1")])]
+    ['ada_2', 'ada_1']
+    """
+    taken = set(labels)
+    numbers: dict[Label, count[int]] = defaultdict(lambda: count(1))
+    numbered = []
+    for label in labels:
+        one = label
+        while not one.impression or (one is not label and one in taken):
+            one = replace(label, impression=str(next(numbers[label.of_finger])))
+        numbered.append(one)
+    return numbered
 
 
 def _rows(source: Path) -> Iterator[tuple[int, dict[str, str]]]:

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 from fpmatch.errors import ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.engine.workers import results_of_each
+from fpmatch.gallery.listing.entry import PrintFile
 from fpmatch.gallery.listing.folders import labelled_by_folder, prints_below, prints_in
-from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.gallery.listing.manifest import read_manifest
-from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.gallery.listing.manifest import kind_of, read_manifest
 from fpmatch.gallery.listing.two_prints import why_two_prints
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.image.quality.print_quality import why_no_minutiae
@@ -64,14 +63,13 @@ def find_prints(
     dpi: float | None = None,
     *,
     pattern: NamePattern | None = None,
-    by_folder: bool = False,
 ) -> list[PrintFile]:
     """Find the prints of some files, folders and manifests, each once, those of a folder by name.
 
     Those of a folder are its images or, where it has none, its templates; of templates whose names
     differ in the suffix only, one is taken: JSON before CSV before others. Where a folder has
-    neither, or if `by_folder`, they are those of its subfolders, one a finger, or one a subject
-    with one a finger in it. `dpi` is the resolution of all (default: that in a manifest, else that
+    neither, they are those of its subfolders, one a finger, or one a subject with one a finger in
+    it. `dpi` is the resolution of all (default: that in a manifest, else that
     in the ``dataset.toml`` beside a file or in the place, else the file's own).
 
     Labels are those of a manifest, else by a `pattern`, with which subfolders may lie deeper, else
@@ -85,7 +83,7 @@ def find_prints(
     by_path: dict[Path, PrintFile] = {}
     for place in map(Path, places):
         base = place if place.is_dir() else place.parent
-        for file in _files(place, pattern, by_folder=by_folder):
+        for file in _files(place, pattern):
             own = dpi or file.dpi or folder_dpi(file.path.parent) or folder_dpi(base)
             above = None if place in {file.path, file.path.parent} else place
             by_path.setdefault(file.path.absolute(), replace(file, dpi=own, place=above))
@@ -163,7 +161,7 @@ def with_note_on_two_prints(given: GivenPrint) -> GivenPrint:
     return replace(given, notes=(*given.notes, why)) if why else given
 
 
-def _files(place: Path, pattern: NamePattern | None, *, by_folder: bool) -> list[PrintFile]:
+def _files(place: Path, pattern: NamePattern | None) -> list[PrintFile]:
     kind = kind_of(place)
     if kind == "manifest":
         return read_manifest(place)
@@ -171,11 +169,11 @@ def _files(place: Path, pattern: NamePattern | None, *, by_folder: bool) -> list
         raise ImageReadError("no such file or folder", path=place, code="missing")
     files = [PrintFile(place)]
     if place.is_dir():
-        files = [] if by_folder else list(map(PrintFile, prints_in(place)))
+        files = list(map(PrintFile, prints_in(place)))
         if not files:
             files = prints_below(place)
             if files and pattern is None:
-                return labelled_by_folder(place, files, certain=by_folder)
+                return labelled_by_folder(place, files)
         if not files:
             why = "the folder contains no images and no templates"
             raise ImageReadError(why, path=place, code="empty folder")

@@ -9,32 +9,35 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.fingers.finger import fused_scores
 from fpmatch.gallery.fingers.fused_fingers import assign_fingers
-from fpmatch.gallery.index.compare import packs
 from fpmatch.gallery.search.identification import (
     ComparedFinger,
     FusedIdentification,
     SubjectCandidate,
     expected_by_chance,
 )
-from fpmatch.gallery.search.identify import compare_probe, find_candidates
+from fpmatch.gallery.search.identify import compare_probe, find_candidates, with_entries
 from fpmatch.gallery.search.search import USUAL, SearchOptions
 from fpmatch.matching.calibration import score_to_fmr
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
+    from concurrent.futures import ThreadPoolExecutor
 
     from fpmatch.gallery.search.identify import ComparedProbe
     from fpmatch.gallery.search.search import Search
     from fpmatch.templates.minutiae import Template
+
+    Finger = tuple[str, str]  # a subject, and which finger
 
 MOST_PROBES: Final = 10  # fingers of a subject
 CONSIDERED: Final = 300
@@ -68,42 +71,47 @@ def identify_fused(
     Raises MatcherError if there are no probes or more than 10, not as many positions, or two of the
     same, and as `identify`; GalleryError if the subjects cannot be read.
     """
-    named = _checked_positions(probes, positions)
+    named = list(positions) or [""] * len(probes)
+    known = [one for one in named if one]
+    if not 1 <= len(probes) <= MOST_PROBES:
+        raise MatcherError(f"1 to {MOST_PROBES} fingers are searched for, not {len(probes)}")
+    if len(named) != len(probes):
+        raise MatcherError("each probe has a position, or none has")
+    if len(set(known)) < len(known):
+        raise MatcherError("two probes are of the same finger")
     given = replace(options, **changes)
     each = SearchOptions(
         count=max(given.count, CONSIDERED), calibration=given.calibration, effort=given.effort
     ).checked(search.matcher)
     search.follow()
-    compared = [compare_probe(search, one, each, workers=workers) for one in probes]
-    removed = set[int]()
-    while True:
-        skipped = removed | search.gallery.damaged.keys()
-        result = _fused(compared, named, given, each, skipped, workers)
-        numbers = sorted({*result.numbers})
-        entries = {entry.id: entry for entry in search.gallery.entries_of(numbers)}
-        if [*entries] == numbers:
-            return replace(result, entries=entries)
-        removed |= {*numbers} - entries.keys()
+    with search.threads(workers) as threads:
+        compared = [compare_probe(search, one, each, threads) for one in probes]
+        how = compared, named, given, each, threads
+        result, entries = with_entries(search, partial(_find_subjects, *how))
+    return replace(result, entries=entries)
 
 
-def _fused(
+def _find_subjects(
     compared: Sequence[ComparedProbe],
     positions: Sequence[str],
     options: SearchOptions,
     each: SearchOptions,
+    threads: ThreadPoolExecutor,
     skipped: Collection[int],
-    workers: int | None,
 ) -> FusedIdentification:
     """Return the outcome for probes that were compared; `each` are the options of one alone."""
     search = compared[0].search
     alone = [find_candidates(one, each, skipped) for one in compared]
-    numbers = sorted({candidate.number for one in alone for candidate in one.candidates})
-    fingers = _fingers(search, search.fingers_of(numbers), skipped)
-    with Threads(workers if packs(search.matcher) else 1) as threads:
-        scored = [
-            _scored(one, fingers, position, each, threads)
-            for one, position in zip(compared, positions, strict=True)
-        ]
+    labels = {n: label for one in compared for n, label in one.labels.items()}
+    among = {labels[candidate.number][0] for one in alone for candidate in one.candidates}
+    there = sorted(n for n, (subject, _) in labels.items() if subject in among and n not in skipped)
+    fingers: dict[Finger, list[int]] = {}
+    for number in np.intersect1d(search.numbers, there).tolist():
+        fingers.setdefault(labels[number], []).append(number)
+    scored = [
+        _scored(one, fingers, position, each, threads)
+        for one, position in zip(compared, positions, strict=True)
+    ]
     total = search.gallery.subjects()
     ranked = _ranked(fingers, scored)
     expected = expected_by_chance([score for _, score, _ in ranked], total).tolist()
@@ -124,74 +132,36 @@ def _fused(
     )
 
 
-def _checked_positions(probes: Sequence[Template], positions: Sequence[str]) -> list[str]:
-    """Return which finger each probe is of; MatcherError if two are of the same."""
-    named = list(positions) or [""] * len(probes)
-    known = [one for one in named if one]
-    if not 1 <= len(probes) <= MOST_PROBES:
-        raise MatcherError(f"1 to {MOST_PROBES} fingers are searched for, not {len(probes)}")
-    if len(named) != len(probes):
-        raise MatcherError("each probe has a position, or none has")
-    if len(set(known)) < len(known):
-        raise MatcherError("two probes are of the same finger")
-    return named
-
-
-def _fingers(
-    search: Search,
-    subjects: Mapping[str, Mapping[str, Sequence[int]]],
-    skipped: Collection[int],
-) -> dict[tuple[str, str], list[int]]:
-    """Return the entries, ascending, of the fingers of subjects that are searched and not skipped.
-
-    Fingers, each its subject and position, are in the order of the subjects.
-    """
-    every = [
-        n for of_finger in subjects.values() for numbers in of_finger.values() for n in numbers
-    ]
-    there = {*np.intersect1d(search.numbers, every).tolist()}.difference(skipped)
-    fingers = {
-        (subject, position): sorted(there.intersection(numbers))
-        for subject, of_subject in subjects.items()
-        for position, numbers in of_subject.items()
-    }
-    return {finger: numbers for finger, numbers in fingers.items() if numbers}
-
-
 def _scored(
     one: ComparedProbe,
-    fingers: Mapping[tuple[str, str], Sequence[int]],
+    fingers: Mapping[Finger, Sequence[int]],
     position: str,
     options: SearchOptions,
-    threads: Threads,
-) -> dict[tuple[str, str], tuple[float, int]]:
+    threads: ThreadPoolExecutor,
+) -> dict[Finger, tuple[float, int]]:
     """Return score and most similar print of the fingers that a probe may be of."""
     assert options.calibration is not None
     may = [key for key in fingers if not position or not key[1] or key[1] == position]
-    rows = [(number, k) for k, key in enumerate(may) for number in fingers[key]]
-    left = sorted({number for number, _ in rows} - one.similarity.keys())
+    left = sorted({n for key in may for n in fingers[key]} - one.similarity.keys())
     similarity = one.similarity | one.search.compare_some(one.probe, left, threads)
-    there = [(similarity[number], number, k) for number, k in rows if number in similarity]
-    finger = np.array([k for _, _, k in there], np.intp)
-    singles = options.calibration.scores(np.array([value for value, _, _ in there]))
+    rows = [(n, k) for k, key in enumerate(may) for n in fingers[key] if n in similarity]
+    finger = np.array([k for _, k in rows], np.intp)
+    singles = options.calibration.scores(np.array([similarity[n] for n, _ in rows]))
     scores = fused_scores(singles, finger, [len(fingers[key]) for key in may]).tolist()
-    best = [
-        min(fingers[key], key=lambda number: (-similarity.get(number, -math.inf), number))
-        for key in may
-    ]
+    best = [max(fingers[key], key=lambda n: (similarity.get(n, -math.inf), -n)) for key in may]
     return dict(zip(may, zip(scores, best, strict=True), strict=True))
 
 
 def _ranked(
-    fingers: Mapping[tuple[str, str], Sequence[int]],
-    scored: Sequence[Mapping[tuple[str, str], tuple[float, int]]],
+    fingers: Mapping[Finger, Sequence[int]], scored: Sequence[Mapping[Finger, tuple[float, int]]]
 ) -> list[tuple[str, float, tuple[ComparedFinger, ...]]]:
     """Return the subjects of which any finger was compared, their scores and fingers, best first.
 
     See `FusedIdentification` for the order.
     """
     rows = []
-    for subject, group in groupby(fingers, key=lambda finger: finger[0]):
+    of_subject = itemgetter(0)
+    for subject, group in groupby(sorted(fingers, key=of_subject), of_subject):
         keys = list(group)
         may = np.array([[key in of_probe for key in keys] for of_probe in scored])
         scores = np.array([[of_probe.get(key, (0.0, 0))[0] for key in keys] for of_probe in scored])
@@ -201,11 +171,7 @@ def _ranked(
             of_finger, number = scored[probe][keys[f]]
             compared.append(ComparedFinger(probe, number, of_finger, len(fingers[keys[f]])))
         if compared:
-            rows.append((subject, score, tuple(compared)))
-
-    def order(row: tuple[str, float, tuple[ComparedFinger, ...]]) -> tuple[Any, ...]:
-        subject, score, compared = row
-        total = math.fsum(one.score for one in compared)
-        return -score, -total, min(one.number for one in compared), subject
-
-    return sorted(rows, key=order)
+            total = math.fsum(one.score for one in compared)
+            order = -score, -total, min(one.number for one in compared), subject
+            rows.append((order, (subject, score, tuple(compared))))
+    return [row for _, row in sorted(rows, key=lambda row: row[0])]

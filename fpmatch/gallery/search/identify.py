@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import pickle
 from collections import Counter
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.fingers.finger import fused_scores
-from fpmatch.gallery.index.compare import packs
 from fpmatch.gallery.search.identification import (
     RIVALS,
     Candidate,
+    FusedIdentification,
     Identification,
     expected_by_chance,
 )
@@ -29,15 +27,18 @@ from fpmatch.matching.result import call_matcher, compare_prepared, named
 from fpmatch.prints.pair import FIRST_SHARE, other_resolutions
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Generator, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Generator, Iterable
+    from concurrent.futures import ThreadPoolExecutor
 
     from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.gallery.listing.entry import Entry
     from fpmatch.gallery.search.search import Search, SearchOptions
     from fpmatch.matching.result import Comparison
     from fpmatch.prints.reading import GivenPrint
     from fpmatch.templates.minutiae import Template
 
 BATCH: Final = 16  # probes that are searched for together
+Outcome = TypeVar("Outcome", Identification, FusedIdentification)
 
 
 def identify(
@@ -63,28 +64,40 @@ def identify(
     >>> import tempfile
     >>> from pathlib import Path
     >>> from fpmatch import Minutiae, Template
-    >>> from fpmatch.gallery.listing.entry import Label, NewEntry
+    >>> from fpmatch.gallery.listing.entry import Label
+    >>> from fpmatch.gallery.store.rows import new_entry
     >>> from fpmatch.gallery.gallery import open_gallery
     >>> from fpmatch.gallery.search.search import Search
     >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
     >>> template = Template(minutiae, 100, 100)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with open_gallery(Path(folder, "gallery.db"), create=True) as gallery:
-    ...         _ = gallery.add([NewEntry(Label("ada"), "ada.tif", bytes(32), template)])
-    ...         result = identify(Search.open(gallery), template)
+    ...         _ = gallery.add([new_entry(Label("ada"), "ada.tif", bytes(32), template)])
+    ...         result = identify(Search(gallery), template)
     >>> result.compared, result.candidates[0].number, result.entries[0].label.subject
     (1, 1, 'ada')
     """
     given = replace(options, **changes).checked(search.matcher)
     search.follow()
-    one = compare_probe(search, probe, given, workers=workers)
+    with search.threads(workers) as threads:
+        one = compare_probe(search, probe, given, threads)
+    result, entries = with_entries(search, partial(find_candidates, one, given))
+    return replace(result, entries=tuple(entries[number] for number in result.numbers))
+
+
+def with_entries(
+    search: Search, find: Callable[[Collection[int]], Outcome]
+) -> tuple[Outcome, dict[int, Entry]]:
+    """Return what is found without some entries, and the entries of what was found, by number.
+
+    Those left out are damaged, or have been removed since the search was opened.
+    """
     removed = set[int]()
     while True:
-        skipped = removed | search.gallery.damaged.keys()
-        result = find_candidates(one, given, skipped)
+        result: Outcome = find(removed | search.gallery.damaged.keys())
         entries = {entry.id: entry for entry in search.gallery.entries_of(result.numbers)}
         if entries.keys() == {*result.numbers}:
-            return replace(result, entries=tuple(entries[number] for number in result.numbers))
+            return result, entries
         removed |= {*result.numbers} - entries.keys()
 
 
@@ -122,52 +135,35 @@ def _best(result: Identification) -> float:
 
 def identify_each(
     search: Search,
-    probes: Iterable[Template | None],
+    probes: Iterable[tuple[str, Template | None]],
     options: SearchOptions,
     engine: Engine,
-    names: Sequence[str] = (),
 ) -> Generator[Identification | None, None, None]:
-    """Identify many probes with the workers of an engine, which is entered; None for no probe.
+    """Identify probes, given with their names, with an engine that is entered; None for no probe.
 
     Each worker opens the gallery: it must see its file or its server, and have its keys. Probes are
-    drawn as they are needed. An error of a plug-in has their `names`.
+    drawn as they are needed. An error of a plug-in has the name of the probe.
     """
-    try:
-        pickle.dumps(search.matcher)
-    except (AttributeError, TypeError, pickle.PicklingError):
-        engine = serial()
-
-    def batches() -> Iterator[_Batch]:
-        left, first = iter(probes), 0
-        while batch := list(islice(left, BATCH)):
-            yield _Batch(batch, names[first : first + BATCH])
-            first += BATCH
-
-    with closing(engine.map(_identify_batch, (search, options), batches())) as results:
+    left = iter(probes)
+    batches = iter(lambda: list(islice(left, BATCH)), [])
+    with closing(engine.map(_identify_batch, (search, options), batches)) as results:
         for outcomes, damaged in results:
             search.gallery.damaged |= damaged
             yield from outcomes
 
 
-class _Batch(NamedTuple):
-    probes: Sequence[Template | None]
-    names: Sequence[str]
-
-
 def _identify_batch(
-    shared: tuple[Search, SearchOptions], batch: _Batch
+    shared: tuple[Search, SearchOptions], batch: list[tuple[str, Template | None]]
 ) -> tuple[list[Identification | None], dict[int, str]]:
     """Return the outcomes for some probes, and the entries that are damaged."""
     search, options = shared
     outcomes: list[Identification | None] = []
-    for k, probe in enumerate(batch.probes):
+    for name, probe in batch:
         try:
-            outcome = None
-            if probe is not None:
-                outcome = identify(search, probe, options, workers=1)
+            outcome = None if probe is None else identify(search, probe, options, workers=1)
             outcomes.append(outcome)
         except MatcherError as error:
-            raise named(error, *batch.names[k : k + 1]) from error
+            raise named(error, name) from error
     return outcomes, dict(search.gallery.damaged)
 
 
@@ -186,27 +182,24 @@ class ComparedProbe(NamedTuple):
 
 
 def compare_probe(
-    search: Search, probe: Template, options: SearchOptions, *, workers: int | None = None
+    search: Search, probe: Template, options: SearchOptions, threads: ThreadPoolExecutor
 ) -> ComparedProbe:
     """Compare a probe by threads, as `identify`; options are checked.
 
     After a pre-selection, further impressions of the fingers that rank first are compared, too.
     """
     prepared = call_matcher(search.matcher, "prepare", probe)
-    with Threads(workers if packs(search.matcher) else 1) as threads:
-        similarity, passed_on = search.compare(prepared, options, threads)
-        labels = {
-            number: (subject, finger)
-            for subject, fingers in search.fingers_of([*similarity]).items()
-            for finger, of_finger in fingers.items()
-            for number in of_finger
-            if number not in search.damaged
-        }
-        if search.preselected:
-            first = sorted(similarity, key=lambda n: (-similarity[n], n))[: options.count]
-            best = {labels.get(number) for number in first}
-            others = {n for n, label in labels.items() if label in best} - similarity.keys()
-            similarity |= search.compare_some(prepared, sorted(others), threads)
+    similarity, passed_on = search.compare(prepared, options, threads)
+    labels = {
+        number: (subject, finger)
+        for number, subject, finger in search.gallery.impressions_of_subjects([*similarity])
+        if number not in search.damaged
+    }
+    if search.preselected:
+        first = sorted(similarity, key=lambda n: (-similarity[n], n))[: options.count]
+        best = {labels.get(number) for number in first}
+        others = {n for n, label in labels.items() if label in best} - similarity.keys()
+        similarity |= search.compare_some(prepared, sorted(others), threads)
     return ComparedProbe(search, prepared, dict(sorted(similarity.items())), labels, passed_on)
 
 
@@ -226,27 +219,20 @@ def find_candidates(
         fingers = len({labels[n] for n, _ in scored})
     numbers = np.array([n for n, _ in scored], np.int64)
     similarities = np.array([value for _, value in scored], np.float64)
-    keys: list[Any] = numbers.tolist()  # what is listed, of each print
-    sizes: Counter[Any] = Counter(keys)
-    if options.listed != "impressions":
-        keys, sizes = [labels[number] for number in keys], Counter(labels.values())
+    keys, sizes = [labels[n] for n, _ in scored], Counter(labels.values())
     place = {key: k for k, key in enumerate(dict.fromkeys(keys))}
     finger = np.array([place[key] for key in keys], np.intp)
     impressions = np.array([sizes[key] for key in place], np.intp)
     singles = options.calibration.scores(similarities)
     scores = fused_scores(singles, finger, impressions)[finger]
     order = np.lexsort((numbers, -similarities, -scores))
-    once: dict[Any, int] = {}  # the best print of each subject, finger or impression
+    once: dict[Any, int] = {}  # the best print of each subject or finger
     for k in order.tolist():
-        key = keys[k] if options.listed != "subjects" else labels[int(numbers[k])][0]
-        once.setdefault(key, k)
+        once.setdefault(keys[k][0] if options.listed == "subjects" else keys[k], k)
     ranked = [*once.values()][: max(options.count, RIVALS + 1)]
     enrolled = int(np.isin(one.search.numbers, [*skipped], invert=True).sum())
     fmr = [score_to_fmr(float(score)) for score in scores[ranked]]
-    if options.listed == "impressions":  # whose rivals may be of the same finger
-        expected = [rate * enrolled for rate in fmr]
-    else:
-        expected = expected_by_chance(scores[ranked], fingers).tolist()
+    expected = expected_by_chance(scores[ranked], fingers).tolist()
     candidates = [
         Candidate(
             rank=rank + 1,

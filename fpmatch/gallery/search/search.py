@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from fpmatch.base.threads import available_cores
 from fpmatch.errors import FpmatchError, MatcherError, number_text
 from fpmatch.gallery.encryption.keys import KEY_VARIABLE
 from fpmatch.gallery.engine.engine import serial
@@ -19,9 +21,9 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.compare import PreparedPrints, packs, similarities
 from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import call_matcher, check_repeats, compare_prepared, named
+from fpmatch.matching.result import call_matcher, compare_prepared, named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -30,7 +32,6 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.encryption.keys import KeyRing
     from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.engine.in_threads import Threads
     from fpmatch.gallery.engine.workers import Progress
     from fpmatch.gallery.index.follow import GalleryIndex
     from fpmatch.gallery.search.identification import Candidate, SubjectCandidate
@@ -42,7 +43,7 @@ EXHAUSTIVE_UP_TO: Final = 2_000  # prints, which are all compared
 COMPARED_AT_ONCE: Final = 64  # prints that one thread compares before it takes others
 ENTRY: Final = "entry "  # before its number, in errors
 
-ListedAs = Literal["subjects", "fingers", "impressions"]
+ListedAs = Literal["subjects", "fingers"]
 EFFORTS: Final = (1, 2, 4)
 
 
@@ -59,9 +60,9 @@ class SearchOptions:
     by_chance : float
         Number of others that are expected to score as high by chance, under which a candidate is
         listed: of ``1 / by_chance`` searches without a mate, about one lists any.
-    listed : "subjects", "fingers" or "impressions"
-        What is a candidate: each subject once, by its best finger; each finger, by the score of its
-        impressions together (see `fpmatch.gallery.fingers.finger`); or each impression.
+    listed : "subjects" or "fingers"
+        What is a candidate: each subject once, by its best finger; or each finger, by the score of
+        its impressions together (see `fpmatch.gallery.fingers.finger`).
     calibration : Calibration, optional
         Turns similarities into scores (default: that of the package).
     transforms : bool
@@ -109,54 +110,41 @@ Similarity = dict[int, float]
 
 
 class Search:
-    """Search an open gallery, as `open` returns it.
+    """Search an open gallery.
 
     More than `EXHAUSTIVE_UP_TO` prints are indexed, for the default matcher, and few of them are
     compared with a probe: the search is `preselected`. Else all are, prepared in memory. `numbers`
     has the numbers of the entries of the prints, ascending; entries that are `damaged` are not
-    among them. In another process the gallery is opened again, by its name.
+    among them. `content` is the `content_hash` of the gallery when it was read. In another process
+    the gallery is opened again, by its name.
+
+    The `engine` prepares prints of an index (default: all cores); `progress` is called with stage
+    "prepare" and numbers of prints, and `note` with a line on files that cannot be used, and are
+    built again (default: a RuntimeWarning). Raises GalleryError if the gallery cannot be read;
+    MatcherError if the matcher is unknown.
     """
 
     def __init__(
         self,
-        matcher: Matcher,
-        engine: Engine | None,
-        progress: Progress,
-        note: Callable[[str], object],
-    ) -> None:
-        self.matcher = matcher
-        self.gallery: Gallery
-        self.numbers = np.empty(0, np.int64)
-        self.damaged: Collection[int] = ()
-        self.preselected = False
-        self._engine, self._progress, self._note = engine, progress, note
-        self._state = ""
-        self._fingers: int | None = None
-        self._index: GalleryIndex | None = None
-        self._prepared: dict[int, tuple[int, Any]] = {}  # digests and prints, by number
-        self._together = PreparedPrints([])  # the same prints, where the matcher packs them
-
-    @classmethod
-    def open(
-        cls,
         gallery: Gallery,
         matcher: str | Matcher = DEFAULT_MATCHER,
         *,
         engine: Engine | None = None,
         progress: Progress = no_progress,
         note: Callable[[str], object] | None = None,
-    ) -> Search:
-        """Prepare the prints that are in a gallery now.
-
-        The `engine` prepares prints of an index (default: all cores); `progress` is called with
-        stage "prepare" and numbers of prints, and `note` with a line on files that cannot be used,
-        and are built again (default: a RuntimeWarning). Raises GalleryError if the gallery cannot
-        be read; MatcherError if the matcher is unknown.
-        """
-        chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-        search = cls(chosen, engine, progress, note or _warn)
-        search.follow(gallery)
-        return search
+    ) -> None:
+        self.matcher = get_matcher(matcher) if isinstance(matcher, str) else matcher
+        self.gallery = gallery
+        self.numbers = np.empty(0, np.int64)
+        self.damaged: Collection[int] = ()
+        self.preselected = False
+        self.content = ""
+        self._engine, self._progress, self._note = engine, progress, note or _warn
+        self._fingers: int | None = None
+        self._index: GalleryIndex | None = None
+        self._prepared: dict[int, tuple[int, Any]] = {}  # digests and prints, by number
+        self._together = PreparedPrints([])  # the same prints, where the matcher packs them
+        self.follow()
 
     def follow(self, gallery: Gallery | None = None) -> None:
         """Search what is in the gallery now, which may have been opened again.
@@ -166,15 +154,15 @@ class Search:
         """
         gallery = self.gallery if gallery is None else gallery
         state = gallery.content_hash()
-        if state != self._state:
+        if state != self.content:
             gallery.check_keys()
             own = COMPILED and packs(self.matcher) and self.matcher.name == DEFAULT_MATCHER
-            self.preselected = own and gallery.has_over(EXHAUSTIVE_UP_TO)
+            self.preselected = own and len(gallery) > EXHAUSTIVE_UP_TO
             if self.preselected:
                 self._follow_index(gallery)
             else:
                 self._prepare(gallery)
-            self._state, self._fingers = state, None
+            self.content, self._fingers = state, None
         self.gallery = gallery
 
     def __len__(self) -> int:
@@ -191,19 +179,12 @@ class Search:
             self._fingers = self.gallery.count_fingers()
         return self._fingers
 
-    def fingers_of(self, numbers: Sequence[int]) -> dict[str, dict[str, list[int]]]:
-        """Return the subjects of the entries of some numbers.
-
-        Of each all fingers, and of these the numbers of all entries; "" is a finger whose position
-        is not known.
-        """
-        subjects: dict[str, dict[str, list[int]]] = {}
-        for number, subject, finger in self.gallery.impressions_of_subjects(numbers):
-            subjects.setdefault(subject, {}).setdefault(finger, []).append(number)
-        return subjects
+    def threads(self, workers: int | None = None) -> ThreadPoolExecutor:
+        """Return threads to compare prints in: so many, by default one a core."""
+        return ThreadPoolExecutor(available_cores() if workers is None else workers)
 
     def compare(
-        self, probe: Any, options: SearchOptions, threads: Threads
+        self, probe: Any, options: SearchOptions, threads: ThreadPoolExecutor
     ) -> tuple[Similarity, tuple[int, ...]]:
         """Compare a probe, which the matcher prepared, with the prints that may be its mates.
 
@@ -216,20 +197,22 @@ class Search:
         chosen, passed_on = shortlist(self._index, probe, options.effort, options.count, threads)
         return self.compare_some(probe, chosen, threads), passed_on
 
-    def compare_some(self, probe: Any, numbers: Sequence[int], threads: Threads) -> Similarity:
+    def compare_some(
+        self, probe: Any, numbers: Sequence[int], threads: ThreadPoolExecutor
+    ) -> Similarity:
         """Compare a probe with the prints of some entries; those that are gone are left out."""
         if self.preselected:
             rows = sorted(self.gallery.packed_templates(of=numbers))
-            there, work = [n for n, _ in rows], partial(_compare_stored, self.matcher)
+            there, work = [n for n, _ in rows], partial(_compare_stored, self.matcher, probe)
             chunks: Any = _chunks(rows)
         else:
             places = np.flatnonzero(np.isin(self.numbers, numbers)).tolist()
             there = self.numbers[places].tolist()
             if not packs(self.matcher):
                 return self._compare_one_by_one(probe, there)
-            work = partial(_compare_prepared, self.matcher, self._together)
+            work = partial(_compare_prepared, self.matcher, self._together, probe)
             chunks = _chunks(places)
-        parts = threads.map(work, probe, chunks)
+        parts = threads.map(work, chunks)
         return dict(zip(there, np.concatenate([np.empty(0), *parts]).tolist(), strict=True))
 
     def print_of(self, number: int) -> Any:
@@ -282,19 +265,17 @@ class Search:
             for number in numbers:
                 compared = compare_prepared(self.matcher, probe, self.print_of(number))
                 similarity[number] = compared.similarity
-            if numbers:
-                check_repeats(self.matcher, probe, self.print_of(number), similarity[number])
         except MatcherError as error:
             raise named(error, f"{ENTRY}{number}") from error
         return similarity
 
 
 def _open_again(where: str, key: KeyRing | str | None, matcher: Matcher) -> Search:
-    return Search.open(open_gallery(where, key=key), matcher, engine=serial())
+    return Search(open_gallery(where, key=key), matcher, engine=serial())
 
 
 def _warn(text: str) -> None:
-    """Warn the caller of `Search.open`."""
+    """Warn the caller of `Search`."""
     warnings.warn(text, RuntimeWarning, stacklevel=8)
 
 

@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.gallery.index.segment import Segment, unoriented_share
+from fpmatch.gallery.index.segment import unoriented_share
 from fpmatch.gallery.index.size_normalization import size_normalized
 from fpmatch.gallery.index.terms import probe_terms
 
 if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
+
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.engine.in_threads import Threads
     from fpmatch.gallery.index.follow import GalleryIndex
     from fpmatch.matching.prints.prepared import PreparedTemplate
 
@@ -33,7 +34,11 @@ SAMPLE: Final = 65_536  # prints, about, by which a standard deviation is estima
 
 
 def shortlist(
-    index: GalleryIndex, probe: PreparedTemplate, effort: int, least: int, threads: Threads
+    index: GalleryIndex,
+    probe: PreparedTemplate,
+    effort: int,
+    least: int,
+    threads: ThreadPoolExecutor,
 ) -> tuple[list[int], tuple[int, int]]:
     """Return the numbers of prints that may be of the probe's finger, ascending, `least` or more.
 
@@ -45,7 +50,7 @@ def shortlist(
     by_descriptors = max(by_descriptors, least)
     by_terms = effort * max(LEAST_BY_TERMS, round(SHARE_BY_TERMS * size))
     terms = probe_terms(probe, unoriented=unoriented_share(segments))
-    counted = threads.map(lambda terms, segment: segment.votes(terms), terms, segments)
+    counted = threads.map(lambda segment: segment.votes(terms), segments)
     both = np.concatenate([np.empty((2, 0), np.uint16), *counted], axis=1)
     agreed = agreement(both[:, index.stored])
     first = most_agreeing(agreed, max(by_terms, by_descriptors))
@@ -57,7 +62,9 @@ def shortlist(
         (segment, places[bounds[k] : bounds[k + 1]] - start[k])
         for k, segment in enumerate(segments)
     ]
-    scores = np.concatenate([np.empty(0, np.int32), *threads.map(_scores, probe, parts)])
+    scores = np.concatenate(
+        [np.empty(0, np.int32), *threads.map(lambda part: part[0].scores(probe, part[1]), parts)]
+    )
     sizes = np.concatenate([np.empty(0, np.uint8), *(one.size for one in segments)])[places]
     # Either finds mates that the other loses: votes need a mesh that both prints have,
     # descriptors the ridges around the minutiae.
@@ -100,8 +107,3 @@ def most_agreeing(agreed: NDArray[np.uint16], most: int) -> NDArray[np.intp]:
     chosen = agreed > least
     chosen[np.flatnonzero(agreed == least)[: most - np.count_nonzero(chosen)]] = True
     return np.flatnonzero(chosen)
-
-
-def _scores(probe: PreparedTemplate, part: tuple[Segment, NDArray[np.intp]]) -> NDArray[np.int32]:
-    segment, which = part
-    return segment.scores(probe, which)

@@ -8,7 +8,6 @@ little-endian.
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import struct
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
 
 FORMAT: Final = b"fpmatch arrays 3"
 HEAD: Final = struct.Struct("<16sQI36x")
-READ_AT_ONCE: Final = 4 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,22 +86,17 @@ def read_arrays(
     try:
         if place.exists() and not place.is_file():
             raise FpmatchError("not a file", path=path, code="unreadable")
-        content = None if unseal is None else unseal(place.read_bytes())
-        with place.open("rb") if content is None else io.BytesIO(content) as stream:
-            form, length, expected = HEAD.unpack(stream.read(HEAD.size))
-            checksum = 0
-            while block := stream.read(READ_AT_ONCE):
-                checksum = crc32(block, checksum)
-            stream.seek(HEAD.size)
-            header = stream.read(length)
+        stored = place.read_bytes()
+        content = stored if unseal is None else unseal(stored)
+        form, length, expected = HEAD.unpack_from(content)
         if form != FORMAT and form[:-1] == FORMAT[:-1]:
             raise FpmatchError("of another version", path=path, code="other")
-        if form != FORMAT or checksum != expected:
+        if form != FORMAT or crc32(memoryview(content)[HEAD.size :]) != expected:
             raise ValueError("another checksum")
-        document = parse_json(header)
+        document = parse_json(content[HEAD.size : HEAD.size + length])
         if document["about"] != dict(about):
             raise FpmatchError("of another version or content", path=path, code="other")
-        whole = np.memmap(place, np.uint8, "r") if content is None else content
+        whole = np.memmap(place, np.uint8, "r") if unseal is None else content
         return _checked(document["arrays"], whole, HEAD.size + _filled(length), columns)
     except (FileNotFoundError, NotADirectoryError) as error:
         raise FpmatchError("no such file", path=path, code="missing") from error

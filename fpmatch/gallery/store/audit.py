@@ -12,7 +12,6 @@ import getpass
 import hashlib
 import os
 import platform
-from contextlib import contextmanager
 from contextvars import ContextVar
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
@@ -241,31 +240,23 @@ def _append(connection: sa.Connection, action: str, details: Mapping[str, Any]) 
     connection.execute(AUDIT.insert().values(number=number + 1, line=added))
 
 
-@contextmanager
-def acting_as(client: str) -> Iterator[None]:
-    """Name who requests what is done inside the block.
+def act_as(client: str, work: Callable[..., Result], *args: Any) -> Result:
+    """Return ``work(*args)``, done for a client.
 
     Examples
     --------
-    >>> with acting_as("ada"):
-    ...     current_client()
+    >>> act_as("ada", current_client)
     'ada'
     """
     token = _client.set(client)
     try:
-        yield
+        return work(*args)
     finally:
         _client.reset(token)
 
 
-def act_as(client: str, work: Callable[..., Result], *args: Any) -> Result:
-    """Return ``work(*args)``, done for a client; for other processes."""
-    with acting_as(client):
-        return work(*args)
-
-
 def current_client() -> str:
-    """Return who requests this: of `acting_as`, else $FPMATCH_OPERATOR, else user and host."""
+    """Return who requests this: of `act_as`, else $FPMATCH_OPERATOR, else user and host."""
     if (named := _client.get()) is not None:
         return named
     system = f"{_system_user()}@{platform.node() or 'localhost'}"

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, Final
 import sqlalchemy as sa
 from sqlalchemy.exc import ArgumentError, DBAPIError
 
-from fpmatch.base.folders import create_private, make_private
+from fpmatch.base.folders import create_private
 from fpmatch.errors import EncryptionError, GalleryError
-from fpmatch.gallery.listing.kinds import SQLITE_HEADER
+from fpmatch.gallery.listing.manifest import SQLITE_HEADER
 from fpmatch.gallery.store.sealing import read_sealing
 from fpmatch.gallery.store.tables import TABLES
 
@@ -64,8 +64,6 @@ class Database:
         url, self.where, self.key = _as_url(where), str(where), key
         self._patience = BUSY_S if patience is None else patience
         self.file: Path | None = None
-        self.private: bool | None = None
-        """Whether only the owner may read the file; None before a change."""
         self.damaged: dict[int, str] = {}
         """Why entries are damaged that were skipped, by their numbers."""
         if isinstance(url, Path):
@@ -98,8 +96,6 @@ class Database:
         On SQLite this is the only one that writes; on PostgreSQL others wait for the row that each
         locks, or for a lock of the whole database while there is no gallery in it.
         """
-        if self.file is not None and self.private is None:
-            self.private = make_private(self.file)
         writer = self._engine.execution_options(writes=True)
         with self.naming_errors(), writer.connect() as connection, connection.begin():
             if self.file is None:
@@ -141,16 +137,7 @@ class Database:
                 connection.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {names}")
                 connection.invalidate()  # its limits are not the limits of the pool
             else:
-                make_private(self.file)
                 connection.exec_driver_sql("VACUUM")
-
-    def size(self) -> int:
-        """Return the bytes of the file, or of the tables of galleries with their indexes."""
-        if self.file is not None:
-            return self.file.stat().st_size
-        with self.reading() as connection:
-            sizes = [sa.func.pg_total_relation_size(table.name) for table in TABLES]
-            return sum(map(int, connection.execute(sa.select(*sizes)).one()))
 
     def sealing(self, connection: sa.Connection | None = None) -> Sealing | None:
         """Return how this gallery is encrypted now; None if it is not."""

@@ -11,16 +11,15 @@ import numpy as np
 import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure
+from fpmatch.gallery.listing.entry import Failure
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.database import Database
 from fpmatch.gallery.store.rows import (
     as_entry,
+    as_new_entry,
     as_packed,
-    as_packed_entry,
     as_template,
     check_row,
-    pack_entry,
     row_digest,
     to_row,
 )
@@ -37,8 +36,6 @@ from fpmatch.gallery.store.tables import (
     parts,
 )
 from fpmatch.printable import as_text, printable
-from fpmatch.templates.bounds import MOST_MINUTIAE
-from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
@@ -46,16 +43,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.listing.entry import Entry, NewEntry, PackedEntry
+    from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, NewEntry
     from fpmatch.gallery.store.sealing import Sealing
     from fpmatch.templates.minutiae import Template
 
 Converted = TypeVar("Converted")
 
 _COUNT: Final = sa.select(sa.func.count())
-_SOUND: Final = sa.and_(
-    ENTRY.c.dpi.between(MIN_DPI, MAX_DPI), ENTRY.c.minutiae.between(0, MOST_MINUTIAE)
-)
 
 
 class Gallery(Database):
@@ -83,11 +77,6 @@ class Gallery(Database):
         """Return the number of impressions."""
         return self.count(_COUNT.select_from(ENTRY))
 
-    def has_over(self, count: int) -> bool:
-        """Return whether there are more than some impressions, in a time that grows with these."""
-        some = sa.select(sa.literal(1)).select_from(ENTRY).limit(count + 1).subquery()
-        return self.count(_COUNT.select_from(some)) > count
-
     def subjects(self) -> int:
         """Return the number of subjects."""
         return self.count(sa.select(sa.func.count(ENTRY.c.subject.distinct())))
@@ -97,11 +86,8 @@ class Gallery(Database):
         fingers = sa.select(ENTRY.c.subject, ENTRY.c.finger).distinct().subquery()
         return self.count(_COUNT.select_from(fingers))
 
-    def count_entries(self) -> dict[str, Any]:
-        """Return the counts that indices of the database contain, as JSON values.
-
-        They are a part of what `summarize` returns; no row of an entry is read.
-        """
+    def summarize(self) -> dict[str, Any]:
+        """Return the counts of entries, as JSON values, and the keys in use."""
         sealing = self.sealing()
         return {
             "version": self.count(sa.select(GALLERY.c.version)),
@@ -109,34 +95,6 @@ class Gallery(Database):
             "subjects": self.subjects(),
             "failures": self.count(_COUNT.select_from(FAILURE)),
             "keys": [] if sealing is None else [sealing.key_id],
-        }
-
-    def summarize(self) -> dict[str, Any]:
-        """Return all counts and sizes, as JSON values; each row of an entry is read.
-
-        "damaged" is the number of entries that are not counted, as their numbers are impossible.
-        """
-        counted = self.count_entries()
-        of_dpi = sa.select(ENTRY.c.dpi, sa.func.count()).group_by(ENTRY.c.dpi).order_by(ENTRY.c.dpi)
-        totals = sa.select(
-            sa.func.count().label("impressions"),
-            sa.func.count(ENTRY.c.subject.distinct()).label("subjects"),
-            sa.func.coalesce(sa.func.sum(ENTRY.c.minutiae), 0).label("minutiae"),
-            sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0).label(
-                "template_bytes"
-            ),
-        )
-        with self.reading() as connection:
-            row = connection.execute(totals.where(_SOUND)).one()
-            by_dpi = connection.execute(of_dpi.where(_SOUND)).all()
-        sizes = {name: int(number) for name, number in row._mapping.items()}
-        return {
-            "version": counted["version"],
-            **sizes,
-            "dpi": [{"dpi": float(dpi), "impressions": count} for dpi, count in by_dpi],
-            "failures": counted["failures"],
-            "damaged": counted["impressions"] - sizes["impressions"],
-            "keys": counted["keys"],
         }
 
     def content_hash(self) -> str:
@@ -219,9 +177,9 @@ class Gallery(Database):
 
     def packed_entries(
         self, *, of: Collection[int] | None = None
-    ) -> Iterator[tuple[int, PackedEntry]]:
+    ) -> Iterator[tuple[int, NewEntry]]:
         """Yield number and content of entries; each template was read once to check it."""
-        return self._whole_rows(as_packed_entry, of=of)
+        return self._whole_rows(as_new_entry, of=of)
 
     def failures(self) -> list[Failure]:
         """Return what could not be enrolled, by source."""
@@ -235,7 +193,9 @@ class Gallery(Database):
         for number in self.damaged:
             raise self._damage(number)
 
-    def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[Conflict | None]:
+    def find_conflicts(
+        self, requests: Sequence[EnrolmentRequest | NewEntry]
+    ) -> list[Conflict | None]:
         """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot."""
         with self.reading() as connection:
             return find_conflicts(connection, requests)
@@ -249,23 +209,9 @@ class Gallery(Database):
         impression that is refused becomes a failure; one that is enrolled, now or before, is a
         failure no longer. A new failure replaces those of the same source.
         """
-        packed = [*map(pack_entry, new)]
-        failed = [one for one in packed if isinstance(one, Failure)]
-        stored = [one for one in packed if not isinstance(one, Failure)]
-        conflicts = iter(self.add_packed(stored, [*failures, *failed]))
-        return [
-            Conflict(one.reason) if isinstance(one, Failure) else next(conflicts) for one in packed
-        ]
-
-    def add_packed(
-        self, new: Sequence[PackedEntry], failures: Sequence[Failure] = ()
-    ) -> list[Conflict | None]:
-        """Enrol impressions whose templates are packed and checked, as `add` does."""
-        requests = [EnrolmentRequest(entry.label, entry.content, entry.dpi) for entry in new]
-        sources = [entry.source for entry in new]
         reasons = {failure.source: failure.reason for failure in failures}
         with self.changing() as connection:
-            conflicts = find_conflicts(connection, requests, sources)
+            conflicts = find_conflicts(connection, new)
             sealing, rows = self.sealing(connection), []
             for entry, conflict in zip(new, conflicts, strict=True):
                 if conflict is None:
@@ -273,7 +219,7 @@ class Gallery(Database):
                     rows.append(row | {"digest": row_digest(row)})
                 elif conflict != ENROLLED:
                     reasons[entry.source] = str(conflict)
-            for part in parts([*sources, *reasons]):
+            for part in parts([*(entry.source for entry in new), *reasons]):
                 connection.execute(FAILURE.delete().where(FAILURE.c.source.in_(part)))
             if reasons:
                 failed = [{"source": s, "reason": r} for s, r in reasons.items()]

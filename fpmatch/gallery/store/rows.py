@@ -13,7 +13,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import TemplateError
-from fpmatch.gallery.listing.entry import Entry, Failure, Label, PackedEntry
+from fpmatch.gallery.listing.entry import Entry, Label, NewEntry
 from fpmatch.gallery.store.stored_template import check_packed, pack_template, unpack_template
 from fpmatch.gallery.store.tables import ABOUT, ENTRY, DamagedRowError
 from fpmatch.templates.bounds import MOST_MINUTIAE
@@ -22,7 +22,6 @@ from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fpmatch.gallery.listing.entry import NewEntry
     from fpmatch.templates.minutiae import Template
 
 _KINDS: Final = {
@@ -37,29 +36,18 @@ _BOUND: Final = itemgetter(*(column.name for column in (*ABOUT[1:], ENTRY.c.temp
 _HEAD: Final = struct.Struct("<6Qdq")  # lengths, dpi and number of minutiae
 
 
-def check_storable(template: Template) -> bytes:
-    """Return a template as its row will hold it; it can be read from there, and prepared.
+def new_entry(label: Label, source: str, content: bytes, template: Template) -> NewEntry:
+    """Return an impression to be enrolled; `content` is the SHA-256 of the file `source`.
 
-    Raises TemplateError if it cannot be stored. That what is within the bounds can be prepared is
-    tested, not tried here.
+    Raises TemplateError if the template cannot be stored: packed, it was read once, and what is
+    within the bounds can be prepared. Raises GalleryError as `Label.check` does.
     """
     packed = pack_template(template)
     unpack_template(packed)
-    return packed
+    return NewEntry(label, source, content, template.dpi, len(template.minutiae), packed)
 
 
-def pack_entry(entry: NewEntry) -> PackedEntry | Failure:
-    """Return a new entry as its row will hold it, or why it cannot be stored."""
-    try:
-        packed = check_storable(entry.template)
-    except TemplateError as error:
-        return Failure(entry.source, str(error))
-    template = entry.template
-    about = (entry.label, entry.source, entry.content, template.dpi, len(template.minutiae))
-    return PackedEntry(*about, packed)
-
-
-def to_row(entry: PackedEntry) -> dict[str, Any]:
+def to_row(entry: NewEntry) -> dict[str, Any]:
     """Return the columns of a new entry but its digest."""
     return asdict(entry.label) | {name: getattr(entry, name) for name in _OWN}
 
@@ -118,7 +106,7 @@ def as_template(row: Any) -> tuple[int, Template]:
         raise DamagedRowError(row.id, str(error)) from error
 
 
-def as_packed_entry(row: Any) -> tuple[int, PackedEntry]:
+def as_new_entry(row: Any) -> tuple[int, NewEntry]:
     """Return number and content of a row whose digest is right, for another gallery.
 
     Raises DamagedRowError if the entry cannot be enrolled.
@@ -126,4 +114,4 @@ def as_packed_entry(row: Any) -> tuple[int, PackedEntry]:
     entry = as_entry(row)
     as_template(row)
     about = (entry.label, entry.source, entry.content, entry.dpi, entry.minutiae)
-    return row.id, PackedEntry(*about, row.template)
+    return row.id, NewEntry(*about, row.template)

@@ -54,8 +54,7 @@ FIELD_HEAD: Final = struct.Struct("<fHHHHHH")
 CRC: Final = struct.Struct("<I")
 WIDTHS: Final = (ANGLE_BITS, 2, 7)  # bits of an angle, a kind and a quality
 ORIENTATION_BITS: Final = 4
-PACKED_BITS: Final = 16  # the most of a number that is packed
-MOST_BITS: Final = 32  # the most of a number that is read
+MOST_BITS: Final = 16  # of a number
 ANGLES: Final = (np.arange(2**ANGLE_BITS) * (2 * np.pi / 2**ANGLE_BITS)).astype(np.float32)
 STEPS: Final = (np.arange(2**ORIENTATION_BITS) * (np.pi / 2**ORIENTATION_BITS)).astype(np.float32)
 
@@ -185,7 +184,7 @@ def _packed_columns(columns: NDArray[np.int64], widths: Sequence[int]) -> bytes:
     """Return each column of numbers in so many bits a number, the highest first."""
     table = np.unpackbits(columns.astype(">u2")[..., None].view(np.uint8), axis=2)
     packed = [
-        np.packbits(bits[:, PACKED_BITS - width :]).tobytes()
+        np.packbits(bits[:, MOST_BITS - width :]).tobytes()
         for bits, width in zip(table, widths, strict=True)
     ]
     return b"".join(packed)
@@ -202,7 +201,7 @@ def _read_columns(
     for column, width, size in zip(table, widths, sizes, strict=True):
         column[:, MOST_BITS - width :] = bits[begin : begin + count * width].reshape(count, width)
         begin += 8 * size
-    return np.packbits(table, axis=2).view(">u4")[..., 0].astype(np.int64), at + sum(sizes)
+    return np.packbits(table, axis=2).view(">u2")[..., 0].astype(np.int64), at + sum(sizes)
 
 
 def _pack_field(field: RidgeField, zoom: float) -> bytes:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 import sqlalchemy as sa
 
-from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.listing.entry import Label, NewEntry
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -122,14 +122,11 @@ def parts(values: Iterable[Value]) -> Iterator[list[Value]]:
 
 
 def find_conflicts(
-    connection: sa.Connection,
-    requests: Sequence[EnrolmentRequest],
-    sources: Sequence[str] | None = None,
+    connection: sa.Connection, requests: Sequence[EnrolmentRequest | NewEntry]
 ) -> list[Conflict | None]:
     """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot.
 
-    With the `sources` of their files, those that can be are enrolled in this order: each may
-    conflict with one before it.
+    New entries are enrolled in this order: each may conflict with one before it.
     """
     by_content: dict[bytes, _Known] = {}
     by_label: dict[Label, _Known] = {}
@@ -145,18 +142,18 @@ def find_conflicts(
                 dpi = row.dpi if isinstance(row.dpi, float) else None
                 by_content[row.content] = by_label[label] = _Known(label, str(row.source), dpi)
     conflicts = []
-    for k, request in enumerate(requests):
+    for request in requests:
         same, other = by_content.get(request.content), by_label.get(request.label)
         conflict = _conflict(request, same, other)
-        if conflict is None and sources is not None:
-            known = _Known(request.label, sources[k], request.dpi)
+        if conflict is None and isinstance(request, NewEntry):
+            known = _Known(request.label, request.source, request.dpi)
             by_content[request.content] = by_label[request.label] = known
         conflicts.append(conflict)
     return conflicts
 
 
 def _conflict(
-    request: EnrolmentRequest, same: _Known | None, other: _Known | None
+    request: EnrolmentRequest | NewEntry, same: _Known | None, other: _Known | None
 ) -> Conflict | None:
     """Return the conflict with the entry of the same picture, and with that of the same label."""
     if same is None:

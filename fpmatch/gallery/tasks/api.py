@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.api import given_print
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.listing.entry import NamePattern
 from fpmatch.gallery.listing.prints import find_prints
@@ -97,7 +97,7 @@ def identify(
         given = given_print(probe, dpi=dpi)
     how: dict[str, Any] = {"count": count, "threshold": threshold, "effort": effort}
     with _opened(gallery) as opened:
-        search = Search.open(opened, matcher, engine=processes(workers))
+        search = Search(opened, matcher, engine=make_engine(workers))
         _, result = identify_given(search, given, workers=workers, **how)
         for number, why in opened.damaged.items():
             warnings.warn(f"{opened.name}: entry {number} is skipped: {why}", stacklevel=2)
@@ -113,7 +113,6 @@ def enrol(
     prints: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
     *,
     pattern: str | None = None,
-    by_folder: bool = False,
     dpi: float | None = None,
     workers: int | None = None,
     strict: bool = False,
@@ -131,9 +130,6 @@ def enrol(
     pattern : str, optional
         Regular expression with groups ``subject``, ``finger``, ``impression`` that gets labels
         from paths (default: FVC's names, ``101_3.tif``).
-    by_folder : bool
-        Whether subfolders are fingers, or subjects whose subfolders are fingers (default: where a
-        folder has no prints itself).
     dpi : float, optional
         Resolution of all images (default: that in a manifest, in ``dataset.toml`` or in the file,
         else by its ridges).
@@ -165,9 +161,9 @@ def enrol(
     """
     names = None if pattern is None else NamePattern(pattern)
     places = [prints] if isinstance(prints, str | os.PathLike) else prints
-    files = find_prints(places, dpi, pattern=names, by_folder=by_folder)
+    files = find_prints(places, dpi, pattern=names)
     with _opened(gallery, create=True) as opened:
-        engine = processes(workers)
+        engine = make_engine(workers)
         return enrol_prints(opened, files, pattern=names, engine=engine, strict=strict)
 
 

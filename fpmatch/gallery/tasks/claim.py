@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from fpmatch.gallery.fingers.finger import FingerVerification
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Entry
-    from fpmatch.matching.result import Identity
     from fpmatch.prints.reading import GivenPrint
 
 
@@ -37,11 +36,6 @@ class CheckedClaim:
         """The most similar impression."""
         return self.entries[self.result.best]
 
-    @property
-    def identical(self) -> Identity | None:
-        """What of the probe and of the most similar impression is the same."""
-        return self.result.verification.identical
-
     def as_dict(self) -> dict[str, Any]:
         """Return what was compared as JSON values."""
         label = self.best.label
@@ -50,7 +44,7 @@ class CheckedClaim:
             "impressions": len(self.entries),
             "compared": len(self.result.compared),
             "damaged": self.damaged,
-            "identical": self.identical,
+            "identical": self.result.verification.identical,
             "best": {
                 "id": self.best.id,
                 "finger": label.finger,

@@ -9,20 +9,19 @@ from contextlib import closing
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import sqlalchemy as sa
 
 from fpmatch.base.output import reason
-from fpmatch.errors import GalleryError, without_path
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.errors import GalleryError, TemplateError, without_path
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.engine.workers import Progress, attempt_each, no_progress
-from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, NamePattern, NewEntry
-from fpmatch.gallery.listing.print_file import resolution_notes
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, NamePattern
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
 from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.gallery.store.audit import ranges
-from fpmatch.gallery.store.rows import pack_entry
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.gallery.store.stored_template import is_unstated, unpack_template
 from fpmatch.gallery.store.tables import ENROLLED, ENTRY
 from fpmatch.gallery.tasks.consistency import find_unmatched
@@ -34,8 +33,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.listing.entry import Label, PackedEntry
-    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.entry import Label, NewEntry, PrintFile
     from fpmatch.templates.minutiae import Template
 
     Requested = tuple[PrintFile, EnrolmentRequest]
@@ -91,13 +89,13 @@ class Enrolment:
         self.known += 1
         self._given.add(content)
 
-    def add(self, new: Sequence[PackedEntry]) -> None:
+    def add(self, new: Sequence[NewEntry]) -> None:
         """Enrol prints, and record the failures until now, in one transaction."""
         accepted = self._screen(new)
         failed, self._unsaved = self._unsaved, []
         if not (accepted or failed):
             return
-        conflicts = self._gallery.add_packed([entry for entry, *_ in accepted], failed)
+        conflicts = self._gallery.add([entry for entry, *_ in accepted], failed)
         for (entry, existed, unmatched), conflict in zip(accepted, conflicts, strict=True):
             if conflict is None:
                 self.enrolled += 1
@@ -108,7 +106,7 @@ class Enrolment:
             else:
                 self.failures.append(Failure(entry.source, str(conflict)))
 
-    def _screen(self, new: Sequence[PackedEntry]) -> list[tuple[PackedEntry, bool, str | None]]:
+    def _screen(self, new: Sequence[NewEntry]) -> list[tuple[NewEntry, bool, str | None]]:
         """Return the new prints that are not refused, in the order in which they are enrolled.
 
         With each is stated if its subject was enrolled before from files that were not given, and
@@ -117,7 +115,7 @@ class Enrolment:
         self._given.update(entry.content for entry in new)
         enrolled = self._gallery.entries_by_subject({entry.label.subject for entry in new})
         earlier: dict[Label, list[tuple[Label, Template]]] = {}
-        accepted: list[tuple[PackedEntry, bool, str | None]] = []
+        accepted: list[tuple[NewEntry, bool, str | None]] = []
         for entry in new:
             existing = enrolled.get(entry.label.subject, [])
             existed = any(other.content not in self._given for other in existing)
@@ -151,6 +149,8 @@ def enrol(
     progress: Progress = no_progress,
     strict: bool = False,
     into: Enrolment | None = None,
+    min_quality: int = 0,
+    **reading: Any,
 ) -> Enrolment:
     """Enrol prints in a gallery, those that are not in it.
 
@@ -160,27 +160,26 @@ def enrol(
 
     The `pattern` gets the labels of prints without one from their paths (default: FVC's names).
     Templates are made on the `engine` (default: all cores), whose workers must see the files, by
-    the `extractor`, a function at the top of a module (default: `extract_print` with the reader of
-    `folder_reader`). `progress` is called with stage "enrol". If `strict`, prints are refused that
-    do not match the others of their finger, or are probably two prints in one. The prints are
-    counted `into` a run that was begun, or a new one, which is returned.
+    the `extractor`, a function at the top of a module (default: `extract_print` with `min_quality`
+    and the reader that `folder_reader` makes of the options `reading`). `progress` is called with
+    stage "enrol". If `strict`, prints are refused that do not match the others of their finger, or
+    are probably two prints in one. The prints are counted `into` a run that was begun, or a new
+    one, which is returned.
     """
     done = into or Enrolment(gallery, strict=strict)
     before = done.counted
     noted: list[tuple[Path, tuple[str, ...]]] = []
-    notes = resolution_notes([file.dpi for file in prints])
-    on_dpi = {file.path: one for file, one in zip(prints, notes, strict=True)}
 
     def report() -> None:
         progress("enrol", done.counted - before, len(prints))
 
     gallery.check_keys()
     report()
-    with engine or processes() as place:
+    with engine or make_engine() as place:
         if extractor is None:
             earlier = earlier_resolutions(gallery, prints)
-            reader = folder_reader(prints, engine=place, earlier=earlier)
-            extractor = partial(extract_print, reader=reader)
+            reader = folder_reader(prints, engine=place, earlier=earlier, **reading)
+            extractor = partial(extract_print, reader=reader, min_quality=min_quality)
         requested = _requested(gallery, prints, pattern or NamePattern(), done, report)
         with closing(attempt_each(place, partial(_extract, extractor), requested)) as attempts:
             for batch in _batches(attempts):
@@ -190,13 +189,12 @@ def enrol(
                     if made is None:
                         done.fail(source, without_path(attempt.reason, file.path))
                         continue
-                    noted.append((file.path, (*made.all_notes, *on_dpi[file.path])))
-                    entry = NewEntry(request.label, source, request.content, made.template)
-                    packed = pack_entry(entry)
-                    if isinstance(packed, Failure):
-                        done.fail(source, packed.reason)
-                    else:
-                        new.append(packed)
+                    noted.append((file.path, made.all_notes))
+                    about = request.label, source, request.content
+                    try:
+                        new.append(new_entry(*about, made.template))
+                    except TemplateError as error:
+                        done.fail(source, str(error))
                 done.add(new)
                 report()
     done.add([])  # what has failed since

@@ -16,7 +16,6 @@ from fpmatch.cli.options import (
 )
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import (
-    by_folder_option,
     key_option,
     pattern_option,
     places_argument,
@@ -52,7 +51,6 @@ Examples:
 @places_argument("sources", metavar="SCORES|DIR|MANIFEST|GALLERY...")
 @output_option(metavar="OUT.json", help="Where to write the calibration.")
 @pattern_option
-@by_folder_option
 @reading_options
 @matcher_option
 @json_option
@@ -62,7 +60,6 @@ def calibrate(
     sources: tuple[str, ...],
     output: Path,
     pattern: str | None,
-    by_folder: bool,
     dpi: float | None,
     polarity: Polarity,
     raw: tuple[RawSize, ...],
@@ -92,7 +89,6 @@ def calibrate(
             workers=workers,
             progress=bars.show,
             pattern=pattern,
-            by_folder=by_folder,
             dpi=dpi,
             reading=Reading(PrintReader(raw, quiet=True), polarity),
         )

@@ -11,9 +11,8 @@ from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import enhance_option, file_option, reading_options
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
+from fpmatch.gallery.cli.notes import notes_as_json
 from fpmatch.gallery.cli.options import (
-    by_folder_option,
     key_option,
     pattern_option,
     places_argument,
@@ -57,7 +56,6 @@ Exit status: 0 when every image gave a template, 1 when some did not, 2 on bad i
 )
 @places_argument("places", metavar="DIR|MANIFEST|GALLERY...")
 @pattern_option
-@by_folder_option
 @click.option(
     "--protocol",
     type=click.Choice(["extended", "fvc"]),
@@ -81,7 +79,6 @@ Exit status: 0 when every image gave a template, 1 when some did not, 2 on bad i
 def evaluate(
     places: tuple[str, ...],
     pattern: str | None,
-    by_folder: bool,
     protocol: str,
     matchers: tuple[str, ...],
     dpi: float | None,
@@ -108,13 +105,13 @@ def evaluate(
     from fpmatch.lab.evaluation.rates.scores import read_scores
     from fpmatch.lab.evaluation.report.results import report_document
     from fpmatch.lab.evaluation.report.text import as_text
-    from fpmatch.prints.reading import PrintReader
+    from fpmatch.prints.reading import ASSUMED_DPI, PrintReader
 
     if scores is not None:
         check_writable(scores)
     outputs = prepare_outputs(options)
     earlier = None if baseline is None else read_scores(baseline)
-    loaded = run.load_datasets(places, protocol, pattern=pattern, by_folder=by_folder)
+    loaded = run.load_datasets(places, protocol, pattern=pattern)
     datasets = [one.at(dpi) for one in with_unique_names(loaded)]
     say_slow_kernels()
     reader = PrintReader(raw, quiet=True)
@@ -134,8 +131,7 @@ def evaluate(
     for each in about:
         for note, names in each["noted"].items():
             noted[note] = (*noted.get(note, ()), *names)
-    say_dpi_assumed(assumed, "dpi in dataset.toml")
-    say_notes(noted)
+    say_notes({ASSUMED_DPI: assumed, **noted} if assumed else noted)
     for name, reason in results[0].failures:
         say_note(f"no template: {name}: {reason}")
     options |= {"baseline": earlier, "baseline_name": str(baseline)}

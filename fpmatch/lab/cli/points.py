@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
-from fpmatch.base.output import atomic_write, check_writable
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.base.parameters import Parameter, parameters_of, read_parameters
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import show
@@ -17,7 +17,7 @@ from fpmatch.cli.options import FILE, file_option, json_option
 from fpmatch.errors import PointSetError, did_you_mean, unknown_name
 from fpmatch.lab.plots.style import check_plot, match_facts
 from fpmatch.lab.points.match import POINT_MATCHERS, match_points
-from fpmatch.lab.points.points_csv import XY, load_table
+from fpmatch.lab.points.points_csv import load_table
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters
 from fpmatch.printable import json_text, printable
 from fpmatch.prints.report import LABEL_WIDTH, verdict
@@ -34,14 +34,6 @@ _PARAMETERS: Final = {
     _AREAS: parameters_of(UnitCircleParameters())[_AREAS],
 }
 _PAIR_COLUMNS: Final = ("p", "q", "p_x", "p_y", "q_x", "q_y", "distance", "p_name", "q_name")
-
-
-def _column_names(text: str) -> tuple[str, str]:
-    """Return the two names of columns that a text on the command line means."""
-    x, _, y = (part.strip() for part in text.partition(","))
-    if not (x and y) or "," in y or x.casefold() == y.casefold():
-        raise click.BadParameter(f"{text!r} is not two names of columns, as ra,dec")
-    return x, y
 
 
 @click.command(
@@ -86,7 +78,6 @@ Examples:
   fpmatch points stars.csv catalogue.csv
   fpmatch points stars.csv catalogue.csv --json --plot match.png
   fpmatch points spots.csv gel.csv --tolerance 2.5 --pairs pairs.csv
-  fpmatch points stars.csv catalogue.csv --columns ra,dec
   fpmatch points stars.csv catalogue.csv --matcher paper:rho=0.9
   fpmatch points negative.csv catalogue.csv --reflect
 
@@ -111,13 +102,6 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
     help="How far a partner may lie from its place, in the units of Q.  "
     "[default: a share of Q's spacing]",
 )
-@click.option(
-    "--columns",
-    metavar="X,Y",
-    type=_column_names,
-    multiple=True,
-    help="Columns of the tables, as ra,dec; twice where Q.csv has other names.  [default: x,y]",
-)
 @json_option
 @file_option("--plot", metavar="OUT.png|.svg|.pdf", help="Draw P, moved by the transform, on Q.")
 @file_option(
@@ -131,28 +115,24 @@ def points(
     matcher: str,
     reflect: bool,
     tolerance: float | None,
-    columns: tuple[tuple[str, str], ...],
     as_json: bool,
     plot: Path | None,
     pairs: Path | None,
 ) -> int:
     """Find the scale, rotation and shift that map the points of P.csv to points of Q.csv.
 
-    Both are tables with columns x and y, or --columns, or two columns of numbers. Not every point
-    needs a partner.
+    Both are tables with columns x and y, or two columns of numbers. Not every point needs a
+    partner.
     """
     from fpmatch.lab.plots.style import save_point_plot
 
-    if len(columns) > 2:
-        raise click.UsageError("--columns is given once for both sets, or once for each")
     if plot is not None:
         check_plot(plot)
     if pairs is not None:
         check_writable(pairs, what="a list of pairs", suffixes=(".csv",))
     given = _chosen(matcher, tolerance)
-    named = columns or (XY,)
     names = printable(p), printable(q)
-    tables = load_table(p, named[0]), load_table(q, named[-1])
+    tables = load_table(p), load_table(q)
     try:
         sets = (table.points for table in tables)
         match = match_points(*sets, reflect=reflect, **given)
@@ -226,10 +206,8 @@ def _write_pairs(path: Path, p: PointTable, q: PointTable, match: PointMatch) ->
             distance = float(np.hypot(*(moved[i] - q.points[j])))
             names = (of.names[k] if of.names else "" for of, k in ((p, i), (q, j)))
             rows.append((i, j, *ours, *theirs, distance, *names))
-    with (
-        atomic_write(path, public=True) as binary,
-        io.TextIOWrapper(binary, "utf-8", newline="") as stream,
-    ):
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(_PAIR_COLUMNS)
-        writer.writerows(rows)
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_PAIR_COLUMNS)
+    writer.writerows(rows)
+    atomic_write_bytes(path, text.getvalue().encode(), public=True)

@@ -5,56 +5,40 @@ from __future__ import annotations
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any
 
 import click
 
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import show
-from fpmatch.cli.options import image_size, json_option
+from fpmatch.cli.options import json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import workers_option
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, SENSORS, Sensor, plain_sensor
+from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, SENSORS
 from fpmatch.printable import count, json_text, printable
-from fpmatch.templates.minutiae import STANDARD_DPI
-
-if TYPE_CHECKING:
-    from fpmatch.image.io.grey import RawSize
-
-_PRESETS: Final = {
-    "clean": "straight, evenly pressed, nothing smeared: every ridge is visible",
-    "easy": "rotated a little, small scratches and spots",
-    "normal": "as in the FVC sets: rotated, stretched, partly outside, dry or damp, worn",
-    "hard": "more of all that, and smeared",
-    "stretched": "as normal, the skin twisted and dragged as far as it goes",
-    "rolled": "rolled from nail to nail; best with the sensor of that name",
-}
-_SENSORS: Final = {
-    "optical-388x374": "as FVC2002 DB1: white ground",
-    "optical-296x560": "as FVC2002 DB2: grey ground, dark corners, residue",
-    "capacitive-300x300": "as FVC2002 DB3: dark ground, striped",
-    "plain-288x384": "as FVC2002 DB4: light grey ground",
-    "optical-640x480": "as FVC2004 DB1: large, white ground",
-    "optical-328x364": "as FVC2004 DB2: soft, upper corners cut off",
-    "rolled-512x512": "ink on a card with lines, words and handwriting",
-}
-
-
-def _listed(words: dict[str, str]) -> str:
-    width = max(map(len, words)) + 2
-    return "\n".join(f"  {name:{width}}{text}" for name, text in words.items())
 
 
 @click.command(
     cls=Command,
-    details=f"""\b
+    details="""\b
 Presets:
-{_listed({name: _PRESETS[name] for name in PRESETS})}
+  clean      straight, evenly pressed, nothing smeared: every ridge is visible
+  easy       rotated a little, small scratches and spots
+  normal     as in the FVC sets: rotated, stretched, partly outside, dry or damp, worn
+  hard       more of all that, and smeared
+  stretched  as normal, the skin twisted and dragged as far as it goes
+  rolled     rolled from nail to nail; best with the sensor of that name
 
 \b
 Sensors:
-{_listed({name: f"{_SENSORS[name]}, {one.dpi:g} dpi" for name, one in SENSORS.items()})}
+  optical-388x374     as FVC2002 DB1: white ground, 500 dpi
+  optical-296x560     as FVC2002 DB2: grey ground, dark corners, residue, 569 dpi
+  capacitive-300x300  as FVC2002 DB3: dark ground, striped, 500 dpi
+  plain-288x384       as FVC2002 DB4: light grey ground, 500 dpi
+  optical-640x480     as FVC2004 DB1: large, white ground, 500 dpi
+  optical-328x364     as FVC2004 DB2: soft, upper corners cut off, 500 dpi
+  rolled-512x512      ink on a card with lines, words and handwriting, 500 dpi
 
 \b
 Files:
@@ -86,25 +70,12 @@ Examples:
     metavar="NAME",
     type=click.Choice(list(SENSORS)),
     multiple=True,
-    help=f"What takes the impressions; several take them in turn.  [default: {DEFAULT_SENSOR}]",
+    default=[DEFAULT_SENSOR],
+    help="What takes the impressions; several take them in turn.",
 )
-@click.option(
-    "--size",
-    metavar="WxH",
-    type=image_size,
-    help="Instead of --sensor: width and height in pixels of a plain white one.",
-)
-@click.option("--dpi", type=float, help="Resolution of the sensor that --size describes.")
 @workers_option
 @json_option
-def synth(
-    out: Path,
-    sensors: tuple[str, ...],
-    size: RawSize | None,
-    dpi: float | None,
-    as_json: bool,
-    **plan: Any,
-) -> None:
+def synth(out: Path, preset: str, sensors: tuple[str, ...], as_json: bool, **plan: Any) -> None:
     """Make a database of synthetic fingerprints in the folder OUT.
 
     No person's finger is among them. The same options give the same files, to the last byte; a run
@@ -113,16 +84,10 @@ def synth(
     """
     from fpmatch.lab.synthesis.database import make_database
 
-    if size is None and dpi is not None:
-        raise click.UsageError("--dpi belongs to --size; named sensors have their own")
-    if size is not None and sensors:
-        raise click.UsageError("either --sensor or --size, not both")
-    chosen: tuple[str | Sensor, ...] = sensors or (DEFAULT_SENSOR,)
-    if size is not None:
-        chosen = (plain_sensor(size.width, size.height, dpi or STANDARD_DPI),)
+    plan |= {"preset": PRESETS[preset], "sensors": [SENSORS[name] for name in sensors]}
     start = time.perf_counter()
     with ProgressBars({"synth": "making fingers"}) as bars:
-        made = make_database(out, sensors=chosen, progress=bars.show, **plan)
+        made = make_database(out, progress=bars.show, **plan)
     seconds = time.perf_counter() - start
     document = asdict(made) | {"folder": str(made.folder), "seconds": round(seconds, 3)}
     pictures = made.made * made.impressions

@@ -28,7 +28,7 @@ from fpmatch._version import __version__
 from fpmatch.base.parameters import parameters_of
 from fpmatch.errors import DatasetError, MatcherError
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.gallery.listing.manifest import kind_of
 from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.lab.evaluation.rates.bootstrap import (
     DEFAULT_BOOTSTRAP,
@@ -38,7 +38,7 @@ from fpmatch.lab.evaluation.rates.bootstrap import (
 )
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
-from fpmatch.matching.calibration import Calibration, Provenance, score_to_fmr
+from fpmatch.matching.calibration import Calibration, score_to_fmr
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
@@ -76,7 +76,6 @@ def gather_impostors(
     progress: Progress = no_progress,
     reading: Reading = Reading(),  # noqa: B008
     pattern: str | NamePattern | None = None,
-    by_folder: bool = False,
     dpi: float | None = None,
 ) -> list[Trials]:
     """Return the impostor comparisons of files of scores, then of databases of prints.
@@ -105,7 +104,7 @@ def gather_impostors(
             )
         gathered += [one.impostors for one in choose_matcher(sets, chosen.name, file)]
     if places := [source for source in sources if source not in files]:
-        named = load_datasets(places, pattern=pattern, by_folder=by_folder)
+        named = load_datasets(places, pattern=pattern)
         how: dict[str, Any] = {"workers": workers, "progress": progress, "reading": reading}
         (report,) = evaluate_matchers([one.at(dpi) for one in named], [chosen], **how)
         gathered += report.impostors
@@ -132,14 +131,14 @@ def calibrate_on(
     comparisons, or too few distinct similarities.
     """
     impostors = np.concatenate([one.similarity for one in sets])
-    provenance = Provenance(
-        sets=tuple(one.name for one in sets),
-        impostors=int(impostors.size),
-        version=__version__,
-        command=command,
-        matcher=matcher,
-        fingers=sum(one.fingers for one in sets),
-    )
+    provenance = {
+        "sets": [one.name for one in sets],
+        "impostors": int(impostors.size),
+        "version": __version__,
+        "command": command,
+        "matcher": matcher,
+        "fingers": sum(one.fingers for one in sets),
+    }
     weights = None
     if shares is not None:
         counts = np.array([one.similarity.size for one in sets])
@@ -260,10 +259,10 @@ def report_calibration(
     if all(one.fingers for one in sets):
         interval = interval_of(bootstrap_fmr(sets, calibration.knots[-1][0], bootstrap, seed))
     return {
-        "matcher": provenance.matcher,
+        "matcher": provenance["matcher"],
         "databases": len(sets),
-        "fingers": provenance.fingers,
-        "impostors": provenance.impostors,
+        "fingers": provenance["fingers"],
+        "impostors": provenance["impostors"],
         "largest_measured_score": largest,
         "smallest_measured_fmr": score_to_fmr(largest),
         "smallest_measured_fmr_interval": interval_json(interval),

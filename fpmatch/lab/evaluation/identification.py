@@ -30,7 +30,7 @@ from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import DatasetError, OutputError
 from fpmatch.gallery.listing.csv_rows import csv_rows, row_error
 from fpmatch.gallery.listing.entry import NamePattern
-from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.gallery.listing.manifest import kind_of
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.lab.evaluation.rates.bootstrap import (
     CONFIDENCE,

@@ -18,7 +18,7 @@ from fpmatch.base.folders import make_folder
 from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.batch.score import COMPARE, score
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.lab.evaluation.databases.dataset import Dataset, choose_pairs, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
@@ -56,7 +56,6 @@ def evaluate(
     progress: Progress = no_progress,
     extractor: Extractor | None = None,
     pattern: str | NamePattern | None = None,
-    by_folder: bool = False,
 ) -> RatesReport:
     r"""Evaluate a matcher on databases.
 
@@ -78,8 +77,8 @@ def evaluate(
         Makes a template from a path and a resolution (None: the file's own), alone or in a
         `fpmatch.gallery.listing.prints.ExtractedPrint`; a function at the top of a module, or with
         one worker any.
-    pattern, by_folder
-        Where the names or subfolders of folders contain the fingers, as for `load_dataset`.
+    pattern
+        Where the names of prints contain the fingers, as for `load_dataset`.
 
     Raises
     ------
@@ -104,7 +103,7 @@ def evaluate(
     """
     given = [datasets] if isinstance(datasets, Dataset | str | os.PathLike) else datasets
     (report,) = evaluate_matchers(
-        load_datasets(given, protocol, pattern=pattern, by_folder=by_folder),
+        load_datasets(given, protocol, pattern=pattern),
         [matcher],
         protocol=protocol,
         workers=workers,
@@ -142,7 +141,7 @@ def evaluate_matchers(
         kept = nullcontext(f"{os.fspath(scores)}{PARTS}")
         make_folder(kept.enter_result)
     reports, files = [], []
-    with kept as folder, processes(workers) as engine:
+    with kept as folder, make_engine(workers) as engine:
         for matcher in chosen:
             rows = []
             for source, plan in zip(sources, plans, strict=True):
@@ -212,17 +211,13 @@ def load_datasets(
     protocol: str = "extended",
     *,
     pattern: str | NamePattern | None = None,
-    by_folder: bool = False,
 ) -> list[Dataset]:
     """Load the databases among `datasets` that are given as folders, manifests or galleries.
 
     Other parameters are as for `load_dataset`. Raises what that raises, and a `DatasetError` if
     there is none, one is given twice, or one has no pair to compare.
     """
-    loaded = [
-        d if isinstance(d, Dataset) else load_dataset(d, pattern=pattern, by_folder=by_folder)
-        for d in datasets
-    ]
+    loaded = [d if isinstance(d, Dataset) else load_dataset(d, pattern=pattern) for d in datasets]
     if not loaded:
         raise DatasetError("no database given")
     seen: set[Path] = set()

@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
 from fpmatch.lab.explain import pictures as draw
-from fpmatch.lab.explain.pictures import FRAME_NAME, Ring, Side, Step, chosen_pair
-from fpmatch.lab.plots.style import short_name
+from fpmatch.lab.explain.pictures import FRAME_NAME, Ring, Side, Step, clearest
+from fpmatch.matching import constants as fixed
 from fpmatch.matching import reference as method
-from fpmatch.matching.constants import comparison as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline.evidence import FEATURES, amount_terms, load_weights
 from fpmatch.matching.reference.evidence import features_of, most_decades
@@ -84,18 +82,17 @@ class DefaultMethod:
         return i[order], partner[i][order]
 
     @cached_property
-    def rings(self) -> list[Ring | None]:
-        """The ring of each pair in the mesh of pairs."""
+    def rings(self) -> dict[int, Ring]:
+        """The rings of pairs in the mesh of pairs, by the places of those that have one."""
         if self.matched is None:
-            return []
-        pairing = self.matched[0]
-        return [self._ring(pairing, i, j) for i, j in np.transpose(self.paired).tolist()]
+            return {}
+        pairing, mesh = self.matched[0], self.matched[0].mesh[0]
+        places = enumerate(np.transpose(self.paired).tolist())
+        return {k: self._ring(pairing, i, j) for k, (i, j) in places if mesh.once(i).any()}
 
-    def _ring(self, pairing: Pairing, i: int, j: int) -> Ring | None:
+    def _ring(self, pairing: Pairing, i: int, j: int) -> Ring:
         mesh, (a, b) = pairing.mesh[0], pairing.places
         ring = mesh.rings[i, mesh.once(i)]
-        if not len(ring):
-            return None
         owner = mesh.owner[ring]
         names = [
             [FRAME_NAME if k < 0 else str(n) for k, n in zip(owner, side.index[of], strict=True)]
@@ -117,28 +114,16 @@ class DefaultMethod:
 
 def _side(letter: Letter, given: GivenPrint, prepared: PreparedTemplate) -> Side:
     z = prepared.points[0] + 1j * prepared.points[1]
-    index = prepared.index.astype(np.intp)
-    return Side(
-        letter, short_name(Path(given.name).name), z, index, 1.0 / prepared.to_500dpi, True, given
-    )
+    return Side(letter, given.name, z, prepared.index.astype(np.intp), given, flipped=True)
 
 
-def explain_prints(
-    probe: GivenPrint,
-    reference: GivenPrint,
-    parameters: MatchParameters,
-    asked: int | None,
-    pair: ComparedPair | None,
-) -> list[Step]:
-    """Return the steps of the default matcher; `pair` is their comparison, if there is one."""
-    m = DefaultMethod.of(probe, reference, parameters)
-    chosen = chosen_pair(asked, m.rings, m.candidates.similarity[m.paired].tolist())
-    made = [draw.points_step(m.sides), draw.triangulation_step(m.sides)]
-    if len(m.candidates.first):
-        made += [_neighbours(m, chosen), *_local(m)]
+def explain_prints(m: DefaultMethod, pair: ComparedPair | None) -> list[Step]:
+    """Return the steps of the default matcher; `pair` is the comparison, if there is one."""
+    made = [draw.triangulation_step(m.sides), *(_local(m) if len(m.candidates.first) else [])]
     if m.matched is None:
         return [*made, Step("nothing_paired")]
     pairing, evidence = m.matched
+    chosen = clearest(m.rings, m.candidates.similarity[m.paired].tolist())
     made += [_mesh(m, pairing), *_ring_steps(m, pairing, chosen)]
     predicted, partner = pairing.mesh[1], pairing.places[1][pairing.partner]
     numbers = {
@@ -159,60 +144,19 @@ def explain_prints(
     return [*made, Step("transform", picture, {"reason": reason})]
 
 
-def _neighbours(m: DefaultMethod, chosen: int | None) -> Step:
-    """Show the neighbours of a pair in the frame of its minutiae."""
-    similarity, p = m.candidates.similarity, m.parameters
-    i, j = (int(k) for k in np.unravel_index(similarity.argmax(), similarity.shape))
-    if chosen is not None:
-        i, j = (int(of[chosen]) for of in m.paired)
-    described = zip((of.neighbourhoods for of in m.prints), (i, j), strict=True)
-    frames = [of.frame[k, :, : of.count[k]].astype(float) for of, k in described]
-    best = counterparts(frames[0], frames[1], p.neighbour_cosine)
-
-    def one(axes: Axes) -> None:
-        axes.set(aspect="equal", xticks=[], yticks=[])
-        axes.set_title("Both minutiae in the middle, directions to the right", loc="left")
-        axes.annotate("", (30, 0), (0, 0), arrowprops={"arrowstyle": "->", "lw": 2})
-        ends = [(frames[0][:2, k], frames[1][:2, n]) for k, n in best]
-        draw.lines(axes, np.reshape(ends, (-1, 2, 2)), draw.TEXT, 1.5)
-        for side, frame in zip(m.ordered, frames, strict=True):
-            colour, fill = draw.MARKS[side.letter], draw.FILLS[side.letter]
-            axes.scatter(frame[0], frame[1], 60 * frame[5] ** 2, fill, edgecolors=colour)
-
-    numbers = {
-        "pair": None if chosen is None else chosen + 1,
-        "first": m.ordered[0].letter,
-        "neighbours": frames[0].shape[1],
-        "counterparts": len(best),
-        "similarity": float(similarity[i, j]),
-        "most": p.neighbours,
-        "fewest": p.fewest_neighbours,
-        "cosine": p.neighbour_cosine,
-    }
-    return Step("neighbours", draw.draw(1, one), numbers)
-
-
-def counterparts(ours: NDArray[Any], theirs: NDArray[Any], least: float) -> list[tuple[int, int]]:
-    """Return which neighbours of A's minutia, (6, n), count by which of B's, (6, m)."""
-    away = ((ours[:2, :, None] - theirs[:2, None]) ** 2).sum(axis=0)
-    near = np.maximum(1.0 - away * ours[4][:, None], 0.0)
-    turn = np.maximum((ours[2:4, :, None] * theirs[2:4, None]).sum(axis=0) - least, 0.0)
-    value = near * turn * theirs[5]
-    best = value.argmax(axis=1).tolist() if value.size else []
-    return [(k, n) for k, n in enumerate(best) if value[k, n] > 0.0]
-
-
 def _local(m: DefaultMethod) -> list[Step]:
-    """Show the local matches, as wide as they are similar, and what relaxation leaves of them."""
+    """Show the local matches, as wide as they are similar after relaxation."""
     c, p = m.candidates, m.parameters
     similar = c.similarity[c.first, c.second].astype(np.float64)
     left = c.relaxed / similar
     kept = np.zeros(len(left), bool) if m.matched is None else c.among(m.matched[0].partner)
     pairs = m.as_pq(c.first, c.second)
-    widths = [{"linewidth": 0.6 + 4.0 * s / similar.max()} for s in similar]
     local = {
         "least": float(similar.min()),
         "most": float(similar.max()),
+        "neighbours": p.neighbours,
+        "fewest": p.fewest_neighbours,
+        "cosine": p.neighbour_cosine,
         "rejected": bool(method.rejected(*m.prints, p)),
     }
     styles = [
@@ -232,10 +176,8 @@ def _local(m: DefaultMethod) -> list[Step]:
         "rounds": p.relaxation_rounds,
         "inertia": p.inertia,
     }
-    return [
-        Step("local_matches", draw.links(m.sides, pairs, widths), local),
-        Step("relaxation", draw.links(m.sides, pairs, styles), relaxed),
-    ]
+    picture = draw.links(m.sides, pairs, styles)
+    return [Step("local_matches", None, local), Step("relaxation", picture, relaxed)]
 
 
 def _mesh(m: DefaultMethod, pairing: Pairing) -> Step:
@@ -247,7 +189,7 @@ def _mesh(m: DefaultMethod, pairing: Pairing) -> Step:
     def both(*axes: Axes) -> None:
         vertices = m.as_pq(mesh.vertex, mesh.image)
         for ax, side, of, vertex in zip(axes, m.sides, both_paired, vertices, strict=True):
-            draw.ground(ax, side, f"{side.letter}: {len(of)} paired")
+            draw.ground(ax, side, f"{len(of)} paired")
             draw.lines(ax, side.shown(vertex[edges]), draw.MARKS[side.letter])
             ax.plot(*side.shown(np.delete(side.z, of)).T, ".", color=draw.GREY)
             draw.dots(ax, side, side.z[of])

@@ -5,23 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.errors import PointSetError
 from fpmatch.lab.explain import pictures as draw
-from fpmatch.lab.explain.pictures import Ring, Side, Step, chosen_pair
-from fpmatch.lab.plots.style import short_name
-from fpmatch.pointset.geometry.point_match import check_rho
+from fpmatch.lab.explain.pictures import Ring, Side, Step, clearest
 from fpmatch.pointset.paper.matcher import match_prepared, similar_rings
 from fpmatch.pointset.paper.one_rings import prepare_points
 from fpmatch.pointset.paper.parametrize import parametrize
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from numpy.typing import NDArray
 
     from fpmatch.lab.explain.pictures import Letter, Sides
@@ -32,7 +27,7 @@ if TYPE_CHECKING:
     from fpmatch.pointset.paper.parametrize import UnitCircle
     from fpmatch.prints.reading import GivenPrint
 
-    Floats = NDArray[np.float64]
+    Named = tuple[str, NDArray[np.float64]]
 
 MOST_POINTS: Final = 1000  # of a set that is drawn
 MOST_LINKS: Final = 300  # local matches drawn that are not pairs of the result
@@ -52,46 +47,53 @@ class PaperMethod:
         cls, probe: GivenPrint, reference: GivenPrint, matcher: PaperMatcher
     ) -> PaperMethod:
         """Take the steps on the positions of minutiae, at 500 dpi."""
-        p, q = (matcher.prepare(one.template).at_500_dpi for one in (probe, reference))
+        p, q = (matcher.prepare(one.template)[0] for one in (probe, reference))
         sides = _side("P", probe.name, p, probe), _side("Q", reference.name, q, reference)
         return cls(sides, (p, q), matcher.parameters, matcher.parameters.rho)
 
     @classmethod
     def of_sets(
-        cls, sets: Iterable[tuple[str, Floats]], parameters: UnitCircleParameters, rho: float
+        cls, sets: tuple[Named, Named], parameters: UnitCircleParameters, rho: float
     ) -> PaperMethod:
         """Take the steps on two sets, each with its name; raises PointSetError."""
-        check_rho(rho)
-        (p_name, p), (q_name, q) = ((name, _prepared(name, points)) for name, points in sets)
-        return cls((_side("P", p_name, p), _side("Q", q_name, q)), (p, q), parameters, rho)
+        for name, points in sets:
+            if not 1 <= (count := len(points)) <= MOST_POINTS:
+                raise PointSetError(f"{name}: {count} points, but 1 to {MOST_POINTS} are drawn")
+        p, q = (prepare_points(points, name) for name, points in sets)
+        sides = _side("P", sets[0][0], p), _side("Q", sets[1][0], q)
+        return cls(sides, (p, q), parameters, rho)
 
     @cached_property
     def match(self) -> PointMatch:
         """The best transform and its pairs, whatever their share."""
         return match_prepared(*self.prepared, self.parameters)
 
-    @property
-    def matches(self) -> bool:
-        """Whether the share that is paired exceeds ρ."""
-        return self.match.matched_share > self.rho
-
-    def circle(self, which: int, i: int) -> UnitCircle | None:
-        """Return the ring of a point on its unit circle; None where it is not closed."""
-        if i not in self.prepared[which].rings.centre:
-            return None
-        xy, mesh = self.prepared[which].points, self.sides[which].mesh
-        return parametrize(xy[mesh.one_ring(i)], xy[i])
+    def circle(self, which: int, i: int) -> UnitCircle:
+        """Return the closed ring of a point on its unit circle."""
+        xy = self.prepared[which].points
+        return parametrize(xy[self.sides[which].mesh.one_ring(i)], xy[i])
 
     @cached_property
-    def rings(self) -> list[Ring | None]:
-        """The ring of each pair, its points in the cyclic order in which the circles agree best."""
-        return [self._ring(i, j) for i, j in self.match.pairs.tolist()]
+    def rings(self) -> dict[int, Ring]:
+        """The rings of pairs, by the places of those whose rings are closed and of one degree."""
+        p, q = (set(prepared.rings.centre.tolist()) for prepared in self.prepared)
+        first, second = (side.mesh.one_ring for side in self.sides)
+        return {
+            k: self._ring(i, j)
+            for k, (i, j) in enumerate(self.match.pairs.tolist())
+            if i in p and j in q and len(first(i)) == len(second(j))
+        }
 
-    def _ring(self, i: int, j: int) -> Ring | None:
+    def _ring(self, i: int, j: int) -> Ring:
+        """Return a ring, its points in the cyclic order in which the circles agree best.
+
+        As in the matcher, an image of the centre counts as much as the whole boundary.
+        """
         a, b = self.circle(0, i), self.circle(1, j)
-        if a is None or b is None or len(a.angles) != len(b.angles):
-            return None
-        shift, turn = best_turn(a, b)
+        images = len(a.angles) * complex(*a.image).conjugate() * complex(*b.image)
+        from_a, onto_b = np.exp(-1j * a.angles), np.exp(1j * b.angles)
+        agreement = [images + from_a @ np.roll(onto_b, -shift) for shift in range(len(onto_b))]
+        shift = int(np.abs(agreement).argmax())
         first, second = self.sides
         vertex = first.mesh.one_ring(i), np.roll(second.mesh.one_ring(j), -shift)
         return Ring(
@@ -99,57 +101,28 @@ class PaperMethod:
             centres=(complex(first.z[i]), complex(second.z[j])),
             points=(first.z[vertex[0]], second.z[vertex[1]]),
             names=(list(map(str, vertex[0])), list(map(str, vertex[1]))),
-            edges=(first.edges, second.edges),
+            edges=(first.z[first.mesh.edges], second.z[second.mesh.edges]),
             angles=(a.angles, np.roll(b.angles, -shift)),
-            turn=turn,
+            turn=float(np.angle(agreement[shift])),
         )
 
 
 def _side(letter: Letter, name: str, of: PreparedPoints, given: GivenPrint | None = None) -> Side:
-    z = of.points.view(np.complex128).ravel()
-    unit = 1.0 if given is None else given.template.dpi / 500.0
-    return Side(letter, short_name(Path(name).name), z, np.arange(len(z)), unit, False, given)
+    return Side(letter, name, of.points.view(np.complex128).ravel(), np.arange(len(of)), given)
 
 
-def _prepared(name: str, points: Floats) -> PreparedPoints:
-    """Prepare a set, or refuse one that cannot be drawn."""
-    if not 1 <= len(points) <= MOST_POINTS:
-        raise PointSetError(f"{name}: {len(points)} points, but 1 to {MOST_POINTS} are drawn")
-    try:
-        return prepare_points(points)
-    except PointSetError as error:
-        raise PointSetError(f"{name}: {str(error).removeprefix('points: ')}") from error
-
-
-def best_turn(a: UnitCircle, b: UnitCircle) -> tuple[int, float]:
-    """Return the cyclic shift and the rotation in radians at which two circles agree best.
-
-    As in the matcher, the correlation of boundary points and centres' images is largest, the image
-    counting as much as the whole boundary.
-    """
-    d = len(a.angles)
-    images = d * complex(*a.image).conjugate() * complex(*b.image)
-    from_a, onto_b = np.exp(-1j * a.angles), np.exp(1j * b.angles)
-    agreement = [images + from_a @ np.roll(onto_b, -shift) for shift in range(d)]
-    shift = int(np.abs(agreement).argmax())
-    return shift, float(np.angle(agreement[shift]))
-
-
-def explain_points(m: PaperMethod, asked: int | None) -> list[Step]:
+def explain_points(m: PaperMethod) -> list[Step]:
     """Return the steps of the paper's matcher."""
     pairs = {(str(i), str(j)) for i, j in m.match.pairs.tolist()}
-    agreement = [
-        0.0 if ring is None else sum(both in pairs for both in zip(*ring.names, strict=True))
-        for ring in m.rings
-    ]
-    chosen = chosen_pair(asked, m.rings, agreement)
-    made = [draw.points_step(m.sides), draw.triangulation_step(m.sides)]
+    agreement = [0] * len(m.match.pairs)
+    for k, ring in m.rings.items():
+        agreement[k] = sum(both in pairs for both in zip(*ring.names, strict=True))
+    chosen = clearest(m.rings, agreement)
+    made = [draw.triangulation_step(m.sides)]
     if chosen is None:
         return [*made, Step("unit_circle"), _local(m), _global(m)]
     i, j = m.match.pairs[chosen].tolist()
     p, q = m.circle(0, i), m.circle(1, j)
-    assert p is not None
-    assert q is not None
     images = complex(*p.image), complex(*q.image)
     areas = {"areas": [p.area, q.area], "limit": m.parameters.area_tolerance}
     circle = {"pair": chosen + 1, "centre": [i, j], **areas}
@@ -181,7 +154,8 @@ def _local(m: PaperMethod) -> Step:
 def _global(m: PaperMethod) -> Step:
     """Show P, moved by the best transform, over Q."""
     match, (p, q), t = m.match, m.sides, m.match.transform
-    numbers: dict[str, Any] = {"match": m.matches, "rho": m.rho, "pairs": match.pairs.tolist()}
+    matches, pairs = match.matched_share > m.rho, match.pairs
+    numbers: dict[str, Any] = {"match": matches, "rho": m.rho, "pairs": pairs.tolist()}
     if t is None:
         return Step("global_match", None, numbers)
     larger = int(len(m.prepared[1]) >= len(m.prepared[0]))
@@ -195,5 +169,5 @@ def _global(m: PaperMethod) -> Step:
         "precision": m.parameters.precision,
     }
     moved = t.apply(m.prepared[0].points).view(np.complex128).ravel()
-    i, j = match.pairs.T
+    i, j = pairs.T
     return Step("global_match", draw.superposed(m.sides, moved, (i, j)), numbers)

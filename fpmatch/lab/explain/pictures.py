@@ -6,19 +6,20 @@ Pictures are by matplotlib; P is blue and filled, Q orange and hollow.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.palette import hexadecimal
-from fpmatch.errors import FpmatchError
-from fpmatch.lab.plots.style import figure_bytes, plain_style
+from fpmatch.lab.plots.style import figure_bytes, plain_style, short_name
 from fpmatch.pointset.delaunay.triangulate import triangulate
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
@@ -40,13 +41,10 @@ GREY, TEXT = hexadecimal(palette.NEUTRAL_INK), hexadecimal(palette.TEXT)
 KEPT, LEFT = hexadecimal(palette.MATCH), hexadecimal(palette.NO_MATCH)
 _WIDTH, _HEIGHT = 12.0, 5.4  # inches
 _ROOM: Final = 0.4  # of the extent of a ring, around it
-_LARGEST_DOT: Final = 40.0  # diameter, in points, at a weight of 1
+_LARGEST_DOT: Final = 30.0  # diameter, in points, at a weight of 1
+_CIRCLE: Final = np.cos(_TURN := np.linspace(0, 2 * np.pi, 181)), np.sin(_TURN)
 _TICK_PX: Final = 12.0  # of a direction, at 500 dpi
 _MOST_NUMBERED: Final = 100  # pairs
-
-
-class ExplainError(FpmatchError):
-    """Two prints or point sets cannot be explained as asked."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,22 +61,21 @@ class Side:
     """One print, or point set, of N points."""
 
     letter: Letter
-    name: str  # of the file, as titles show it
-    z: Plane  # (N,): x + iy as the matcher takes them
+    name: str  # of the file
+    z: Plane  # (N,): x + iy as the matcher takes them, of a print at 500 dpi
     index: NDArray[np.intp]  # (N,): places among the minutiae of the template, or rows of the file
-    unit: float = 1.0  # length shown of one of the matcher's units
-    flipped: bool = False  # whether the matcher's y points up, that of the image down
     print_: GivenPrint | None = None
+    flipped: bool = False  # whether the matcher's y points up, that of the image down
+
+    @property
+    def unit(self) -> float:
+        """Length shown of one of the matcher's units."""
+        return 1.0 if self.print_ is None else self.print_.template.dpi / STANDARD_DPI
 
     @cached_property
     def mesh(self) -> Triangulation:
         """Delaunay triangulation of its points."""
         return triangulate(np.column_stack([self.z.real, self.z.imag]))
-
-    @property
-    def edges(self) -> Plane:
-        """Ends of the edges of the triangulation, shape (E, 2)."""
-        return self.z[self.mesh.edges]
 
     def shown(self, z: Plane) -> Floats:
         """Return places (...) of the matcher in pixels of the image or units of the file, (..., 2).
@@ -121,26 +118,19 @@ class Ring:
         }
 
 
-def chosen_pair(
-    asked: int | None, rings: Sequence[Ring | None], agreement: Sequence[float]
-) -> int | None:
-    """Return which pair's ring is shown, from 0, or refuse the one `asked` for, from 1.
+def clearest(rings: Mapping[int, Ring], agreement: Sequence[float]) -> int | None:
+    """Return which pair has the ring that is easiest to read, of those with one; None for none.
 
-    By default it is a ring without frame points, of 5 to 7 points that are far apart on the circle,
-    of a pair that agrees well; None where no pair has a ring.
+    It is a ring without frame points, of 5 to 7 points that are far apart on the circle, of a pair
+    that agrees well.
     """
-    clarity: dict[int, tuple[bool, bool, float]] = {}
-    for k, ring in enumerate(rings):
-        if ring is not None:
-            gap = min(float(np.diff(a, append=a[0] + 2 * np.pi).min()) for a in ring.angles)
-            easy = len(ring.names[0]) in EASY_RING
-            clarity[k] = bool(ring.paired.all()), easy, gap * agreement[k]
-    if asked is None:
-        return max(clarity, key=lambda k: clarity[k]) if clarity else None
-    if asked - 1 not in clarity:
-        those = ", ".join(str(k + 1) for k in clarity) or "none"
-        raise ExplainError(f"--pair {asked}: pairs with a ring that is closed in both: {those}")
-    return asked - 1
+
+    def clarity(k: int) -> tuple[bool, bool, float]:
+        ring = rings[k]
+        gap = min(float(np.diff(a, append=a[0] + 2 * np.pi).min()) for a in ring.angles)
+        return bool(ring.paired.all()), len(ring.names[0]) in EASY_RING, gap * agreement[k]
+
+    return max(rings, key=clarity, default=None)
 
 
 def draw(panels: int, draw_on: Callable[..., None], height: float = _HEIGHT) -> bytes:
@@ -154,10 +144,13 @@ def draw(panels: int, draw_on: Callable[..., None], height: float = _HEIGHT) -> 
 
 
 def ground(
-    axes: Axes, side: Side, title: str, view: Plane | None = None, room: float = 0.06
+    axes: Axes, side: Side, title: str = "", view: Plane | None = None, room: float = 0.06
 ) -> None:
     """Prepare axes for a side, or a view of it with so much room: its print, pale."""
-    axes.set_title(title, color=MARKS[side.letter], loc="left", fontweight="bold")
+    title = title or short_name(Path(side.name).name)
+    axes.set_title(
+        f"{side.letter}: {title}", color=MARKS[side.letter], loc="left", fontweight="bold"
+    )
     axes.set_aspect("equal")
     xy = side.shown(side.z if view is None else view)
     low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else (np.zeros(2), np.ones(2))
@@ -197,50 +190,34 @@ def labels(axes: Axes, xy: Floats) -> None:
         )
 
 
-def points_step(sides: Sides) -> Step:
-    """Show the points that the matcher is given; of minutiae also their directions."""
+def triangulation_step(sides: Sides) -> Step:
+    """Show the points of both sides, those of prints with their directions, triangulated."""
 
     def both(*axes: Axes) -> None:
         for ax, side in zip(axes, sides, strict=True):
-            ground(ax, side, f"{side.letter}: {side.name}")
+            ground(ax, side)
+            lines(ax, side.shown(side.z[side.mesh.edges]), MARKS[side.letter])
             dots(ax, side, side.z)
-            if side.print_ is None:
-                continue
-            m = side.print_.template.minutiae
-            at, angle = m.xy[side.index], m.angle[side.index]
-            tick = np.column_stack([np.cos(angle), -np.sin(angle)])
-            tips = at + _TICK_PX * side.print_.template.dpi / 500.0 * tick
-            lines(ax, np.stack([at, tips], axis=1), MARKS[side.letter], 1.5)
+            if side.print_ is not None:
+                m = side.print_.template.minutiae
+                at, angle = m.xy[side.index], m.angle[side.index]
+                tick = np.column_stack([np.cos(angle), -np.sin(angle)])
+                ends = np.stack([at, at + _TICK_PX * side.unit * tick], axis=1)
+                lines(ax, ends, MARKS[side.letter], 3.0)
 
     numbers = {
         side.letter.lower(): {
-            "name": side.name,
+            "name": short_name(Path(side.name).name),
             "index": side.index.tolist(),
             "points": side.shown(side.z).tolist(),
-        }
-        for side in sides
-    }
-    return Step("points", draw(2, both), {**numbers, "prints": sides[0].print_ is not None})
-
-
-def triangulation_step(sides: Sides) -> Step:
-    """Show both triangulations."""
-
-    def both(*axes: Axes) -> None:
-        for ax, side in zip(axes, sides, strict=True):
-            ground(ax, side, f"{side.letter}: {len(side.mesh.triangles)} triangles")
-            lines(ax, side.shown(side.edges), MARKS[side.letter])
-            dots(ax, side, side.z, 4.0)
-
-    numbers = {
-        side.letter.lower(): {
             "edges": len(side.mesh.edges),
             "triangles": side.mesh.triangles.tolist(),
             "closed_rings": int(side.mesh.interior.sum()),
         }
         for side in sides
     }
-    return Step("triangulation", draw(2, both), numbers)
+    picture = draw(2, both)
+    return Step("triangulation", picture, {**numbers, "prints": sides[0].print_ is not None})
 
 
 def links(sides: Sides, pairs: tuple[Numbers, Numbers], styles: Sequence[dict[str, Any]]) -> bytes:
@@ -249,7 +226,7 @@ def links(sides: Sides, pairs: tuple[Numbers, Numbers], styles: Sequence[dict[st
 
     def both(*axes: Axes) -> None:
         for ax, side in zip(axes, sides, strict=True):
-            ground(ax, side, f"{side.letter}: {side.name}")
+            ground(ax, side)
             dots(ax, side, side.z, 4.0)
         ends = (side.shown(side.z[of]) for side, of in zip(sides, pairs, strict=True))
         for a, b, style in zip(*ends, styles, strict=True):
@@ -260,17 +237,51 @@ def links(sides: Sides, pairs: tuple[Numbers, Numbers], styles: Sequence[dict[st
     return draw(2, both)
 
 
-def ring_on(axes: Axes, ring: Ring, which: int, title: str, weights: Floats | None = None) -> None:
+def ring_steps(
+    ring: Ring,
+    which: int,
+    weights: Floats,
+    circle: dict[str, Any],
+    weighed: dict[str, Any],
+    images: tuple[complex | None, complex | None] = (None, None),
+) -> list[Step]:
+    """Show a ring on the unit circle, and the weights of its centre in one of its sides.
+
+    `circle` and `weighed` are further numbers of the two steps, `images` those of the centres.
+    """
+
+    def draw_ring(*axes: Axes) -> None:
+        for k, side in enumerate(ring.sides):
+            _ring_on(axes[k], ring, k, weights)
+            style: Any = {"color": MARKS[side.letter], "markerfacecolor": FILLS[side.letter]}
+            style["markersize"] = (7.0, 12.0)[k]
+            turn = np.exp(1j * (0.0 if k else ring.turn))
+            z = turn * np.exp(1j * np.append(ring.angles[k], ring.angles[k][0]))
+            axes[2].plot(z.real, z.imag, "o-", **style)
+            if (image := images[k]) is not None:
+                axes[2].plot((turn * image).real, (turn * image).imag, "*", **style)
+        axes[2].set(aspect="equal", xlim=(-1.35, 1.35), ylim=(-1.35, 1.35), xticks=[], yticks=[])
+        axes[2].set_title(f"Unit circle, P rotated by {np.degrees(ring.turn):.1f}°", loc="left")
+        axes[2].plot(*_CIRCLE, color=GREY, zorder=0)
+        labels(axes[2], np.column_stack([np.cos(ring.angles[1]), np.sin(ring.angles[1])]))
+
+    letter = ring.sides[which].letter
+    return [
+        Step("unit_circle", draw(3, draw_ring), {**circle, **ring.numbers()}),
+        Step("weights", None, {"first": letter, "weights": weights.tolist(), **weighed}),
+    ]
+
+
+def _ring_on(axes: Axes, ring: Ring, which: int, weights: Floats) -> None:
     """Draw a ring in its side, its points numbered, as large as their weights, and its spokes."""
     side, z, centre = ring.sides[which], ring.points[which], ring.centres[which]
-    ground(axes, side, title, np.append(z, centre), _ROOM)
+    ground(axes, side, "the ring", np.append(z, centre), _ROOM)
     lines(axes, side.shown(ring.edges[which]))
     xy, middle = side.shown(z), side.shown(np.array(centre))
     colour = MARKS[side.letter]
-    axes.fill(*xy.T, color=colour, alpha=0.12)
-    lines(axes, np.stack([xy, np.roll(xy, -1, axis=0)], axis=1), colour, 2.0)
+    axes.fill(*xy.T, facecolor=(colour, 0.12), edgecolor=colour, linewidth=2.0)
     lines(axes, np.stack([xy, np.broadcast_to(middle, xy.shape)], axis=1), colour)
-    sizes = np.full(len(z), 5.0) if weights is None else _LARGEST_DOT * np.sqrt(weights)
+    sizes = _LARGEST_DOT * np.sqrt(weights)
     for point, size, paired in zip(z, sizes, ring.paired, strict=True):
         if paired:
             dots(axes, side, np.array([point]), size)
@@ -280,58 +291,13 @@ def ring_on(axes: Axes, ring: Ring, which: int, title: str, weights: Floats | No
     labels(axes, xy)
 
 
-def ring_steps(
-    ring: Ring | None,
-    which: int,
-    weights: Floats,
-    circle: dict[str, Any],
-    weighed: dict[str, Any],
-    images: tuple[complex | None, complex | None] = (None, None),
-) -> list[Step]:
-    """Show a ring on the unit circle, and the weights of the centre in one of its sides.
-
-    `circle` and `weighed` are further numbers of the two steps, `images` those of the centres.
-    """
-    if ring is None:
-        return [Step("unit_circle")]
-    letter = ring.sides[which].letter
-    title = f"{letter}: points as large as their weights"
-    picture = draw(1, lambda axes: ring_on(axes, ring, which, title, weights))
-    numbers = {"first": letter, "weights": weights.tolist(), **weighed}
-    return [
-        Step("unit_circle", draw(3, partial(_circle, ring, images)), {**circle, **ring.numbers()}),
-        Step("weights", picture, numbers),
-    ]
-
-
-def _circle(ring: Ring, images: tuple[complex | None, complex | None], *axes: Axes) -> None:
-    """Draw a ring in both sides, and its places and the images of its centres on one circle."""
-    from matplotlib.patches import Circle  # noqa: PLC0415
-
-    circle = axes[2]
-    circle.set(aspect="equal", xlim=(-1.35, 1.35), ylim=(-1.35, 1.35), xticks=[], yticks=[])
-    circle.set_title(f"Unit circle, P rotated by {np.degrees(ring.turn):.1f}°", loc="left")
-    circle.add_patch(Circle((0, 0), 1.0, fill=False, color=GREY))
-    for k, (side, angles) in enumerate(zip(ring.sides, ring.angles, strict=True)):
-        ring_on(axes[k], ring, k, f"{side.letter}: the ring")
-        style: Any = {"color": MARKS[side.letter], "markerfacecolor": FILLS[side.letter]}
-        style["markersize"] = (7.0, 12.0)[k]
-        turn = np.exp(1j * (0.0 if k else ring.turn))
-        z = turn * np.exp(1j * np.append(angles, angles[0]))
-        circle.plot(z.real, z.imag, "o-", **style)
-        if (image := images[k]) is not None:
-            circle.plot((turn * image).real, (turn * image).imag, "*", **style)
-    labels(circle, np.column_stack([np.cos(ring.angles[1]), np.sin(ring.angles[1])]))
-
-
 def superposed(sides: Sides, moved: Plane, pairs: tuple[Numbers, Numbers]) -> bytes:
     """Draw the first side's points, moved into the second, over its points; link pairs."""
     first, second = sides
     i, j = pairs
 
     def one(axes: Axes) -> None:
-        title = f"{second.letter}, and where {first.letter} is mapped there"
-        ground(axes, second, title, np.append(moved, second.z))
+        ground(axes, second, f"{first.letter} is mapped here", np.append(moved, second.z))
         lines(axes, second.shown(np.stack([moved[i], second.z[j]], axis=1)), TEXT, 1.6)
         dots(axes, second, second.z, 6.0)
         dots(axes, second, moved[i], 4.0, first.letter)

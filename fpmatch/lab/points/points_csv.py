@@ -5,9 +5,9 @@ A table has columns x and y by these names, in any case and place among others::
     name,X,Y
     Vega,279.23,38.78
 
-or other columns that are named, or no header and two columns of numbers. Columns are separated by
-commas, or by tabs and spaces. Blank lines and lines that start with # are left out. The text is
-UTF-8. A `.npy` file, recognised by its content, has an array of shape (N, 2).
+or no header and two columns of numbers. Columns are separated by commas, or by tabs and spaces.
+Blank lines and lines that start with # are left out. The text is UTF-8. A `.npy` file, recognised
+by its content, has an array of shape (N, 2).
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-XY: Final = ("x", "y")
 MAX_BYTES: Final = 2**30  # some twenty million points
 
 
@@ -38,19 +37,19 @@ class PointTable(NamedTuple):
     names: list[str]
 
 
-def load_points(path: str | os.PathLike[str], columns: tuple[str, str] = XY) -> NDArray[np.float64]:
+def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     """Load the points (N, 2) of a table or `.npy` file; raises PointSetError."""
-    return load_table(path, columns).points
+    return load_table(path).points
 
 
-def load_table(path: str | os.PathLike[str], columns: tuple[str, str] = XY) -> PointTable:
+def load_table(path: str | os.PathLike[str]) -> PointTable:
     """Load points and their names, of a table or `.npy` file; raises PointSetError."""
     try:
         with Path(path).open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
         if len(data) > MAX_BYTES:
             raise PointSetError(f"more than {MAX_BYTES // 2**20} MiB")
-        return decode_table(data, columns)
+        return decode_table(data)
     except FpmatchError as error:
         raise PointSetError(str(error), path=path) from error
     except (OSError, ValueError) as error:
@@ -58,11 +57,8 @@ def load_table(path: str | os.PathLike[str], columns: tuple[str, str] = XY) -> P
         raise PointSetError(f"cannot be read: {why}", path=path) from error
 
 
-def decode_table(data: bytes, columns: tuple[str, str] = XY) -> PointTable:
-    """Return the points and names in a file's content; no rows for a header alone.
-
-    A table with a header has `columns` of these names, in any case.
-    """
+def decode_table(data: bytes) -> PointTable:
+    """Return the points and names in a file's content; no rows for a header alone."""
     if is_npy(data):
         points = decode_npy(data)
         if points.shape[1] != 2 or not np.isfinite(points).all():
@@ -77,15 +73,14 @@ def decode_table(data: bytes, columns: tuple[str, str] = XY) -> PointTable:
         raise PointSetError("no points")
     first = _cells(*rows[0])
     header = [cell.strip().casefold() for cell in first]
-    x, y = (column.strip().casefold() for column in columns)
-    if header.count(x) == header.count(y) == 1:
-        places = header.index(x), header.index(y)
+    if header.count("x") == header.count("y") == 1:
+        places = header.index("x"), header.index("y")
         rows = rows[1:]
-    elif columns == XY and len(first) == 2 and all(math.isfinite(_number(cell)) for cell in first):
+    elif len(first) == 2 and all(math.isfinite(_number(cell)) for cell in first):
         places = 0, 1
     else:
-        form = f"a header with columns {x} and {y}{' or two numbers' * (columns == XY)}"
-        raise PointSetError(f"line {rows[0][0]}: expected {form}, separated by commas or spaces")
+        form = "a header with columns x and y or two numbers, separated by commas or spaces"
+        raise PointSetError(f"line {rows[0][0]}: expected {form}")
     other = next((k for k in range(len(first)) if k not in places), None)
     points, names = np.empty((len(rows), 2)), []
     for row, (number, line) in enumerate(rows):
@@ -94,7 +89,7 @@ def decode_table(data: bytes, columns: tuple[str, str] = XY) -> PointTable:
             raise PointSetError(f"line {number}: expected {len(first)} values, found {len(cells)}")
         points[row] = [_number(cells[place]) for place in places]
         if not np.isfinite(points[row]).all():
-            raise PointSetError(f"line {number}: expected finite numbers for {x} and {y}")
+            raise PointSetError(f"line {number}: expected finite numbers for x and y")
         if other is not None:
             names.append(cells[other])
     return PointTable(points, names)

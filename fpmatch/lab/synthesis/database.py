@@ -20,15 +20,14 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch._version import __version__
 from fpmatch.base.folders import remove_unfinished
 from fpmatch.base.output import atomic_write_bytes, reason
-from fpmatch.base.parsing import ParseError, parse_toml
 from fpmatch.errors import DatasetError, OutputError
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress
 from fpmatch.lab.synthesis.impression import TRUTH_FOLDER, finger_truth, impression_truth
 from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.presets import preset_named
-from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, Sensor, sensors_named
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import DEFAULT_SENSOR, SENSORS
 
 if TYPE_CHECKING:
     import os
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.workers import Progress
     from fpmatch.lab.synthesis.presets import Preset
+    from fpmatch.lab.synthesis.sensor import Sensor
 
 FIRST_FINGER: Final = 101
 COMPRESSION: Final = "tiff_lzw"  # libtiff's own, so its bytes do not vary with a zlib
@@ -48,33 +48,13 @@ _DIGITS_OF_PARAMETERS: Final = 16
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Fix all parameters of the prints of a database.
-
-    A DatasetError is raised for a number out of its range or no sensor, an ImageError for an
-    unknown preset.
-    """
+    """Fix all parameters of the prints of a database."""
 
     seed: int  # family of fingers, 0 to 2**63 - 1
-    preset: str | Preset  # of the impressions, or its name
+    preset: Preset  # of the impressions
     sensors: tuple[Sensor, ...]  # impression m is taken by number (m - 1) % len(sensors)
     impressions: int  # of each finger, 1 to 1000
     master: MasterParameters = field(default_factory=MasterParameters)
-
-    def __post_init__(self) -> None:
-        preset_named(self.preset)
-        if not 0 <= self.seed <= LARGEST_SEED:
-            raise DatasetError(f"seed {self.seed}: must lie between 0 and {LARGEST_SEED}")
-        if not 1 <= self.impressions <= MOST_IMPRESSIONS:
-            raise DatasetError(
-                f"{self.impressions} impressions of a finger: there may be 1 to {MOST_IMPRESSIONS}"
-            )
-        if not self.sensors:
-            raise DatasetError("no sensor: at least one must take the impressions")
-
-    @property
-    def ranges(self) -> Preset:
-        """The preset of the impressions."""
-        return preset_named(self.preset)
 
     def sensor_of(self, number: int) -> Sensor:
         """Return the sensor that takes impression `number`, from 1."""
@@ -82,10 +62,10 @@ class Plan:
 
     def table(self) -> dict[str, Any]:
         """Return the table ``[synthesis]`` of the description, equal for equal databases."""
-        ranges = repr((self.ranges, self.sensors, self.master)).encode()
+        ranges = repr((self.preset, self.sensors, self.master)).encode()
         return {
             "seed": self.seed,
-            "preset": self.ranges.name,
+            "preset": self.preset.name,
             "sensors": [sensor.name for sensor in self.sensors],
             "impressions": self.impressions,
             "fpmatch": __version__,
@@ -95,7 +75,7 @@ class Plan:
     def description(self) -> str:
         """Return the text of ``dataset.toml``, which does not depend on the number of fingers."""
         resolutions = {sensor.dpi for sensor in self.sensors}
-        top: dict[str, Any] = {"name": f"synthetic, {self.ranges.name}, seed {self.seed}"}
+        top: dict[str, Any] = {"name": f"synthetic, {self.preset.name}, seed {self.seed}"}
         if len(resolutions) == 1:
             dpi = resolutions.pop()
             top["dpi"] = int(dpi) if dpi.is_integer() else dpi
@@ -124,9 +104,9 @@ def make_database(
     *,
     fingers: int,
     impressions: int,
-    preset: str | Preset = "normal",
+    preset: Preset = PRESETS["normal"],
     seed: int = 0,
-    sensors: Sequence[str | Sensor] = (DEFAULT_SENSOR,),
+    sensors: Sequence[Sensor] = (SENSORS[DEFAULT_SENSOR],),
     master: MasterParameters | None = None,
     workers: int | None = None,
     progress: Progress = no_progress,
@@ -136,13 +116,13 @@ def make_database(
     The same arguments give the same bytes, however often interrupted. More fingers extend a
     database without changing its files. `out`: its folder: a new or empty one, or one that the same
     arguments made. `fingers`, `impressions`: how many fingers, and how many impressions of each.
-    `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"``, ``"stretched"`` or ``"rolled"``.
-    `seed`: family of fingers, from 0. `sensors`: sensors that take the impressions in turn.
+    `preset`: one of `fpmatch.lab.synthesis.presets.PRESETS`. `seed`: family of fingers, from 0.
+    `sensors`: what takes the impressions in turn, of `fpmatch.lab.synthesis.sensor.SENSORS`.
     `master`: parameters of the masters (default: as in the preset). `workers`: processes to use
     (default: one a core). `progress`: called with the number of complete fingers of the stage
     ``"synth"``. Raises a `DatasetError` if a count or the seed is impossible, the folder holds
-    other files or another database, or another process is making it; an `ImageError` if the preset
-    is unknown; an `OutputError` if a file is not written.
+    other files or another database, or another process is making it; an `OutputError` if a file is
+    not written.
 
     Examples
     --------
@@ -154,31 +134,34 @@ def make_database(
     ...     sorted(path.name for path in Path(out).iterdir())
     ['101_1.tif', '101_2.tif', 'dataset.toml', 'truth']
     """
-    if fingers < 1:
-        raise DatasetError(f"{fingers} fingers: there must be at least 1")
+    if fingers < 1 or not 1 <= impressions <= MOST_IMPRESSIONS or not sensors:
+        counts = f"{fingers} fingers, {impressions} impressions, {len(sensors)} sensors"
+        raise DatasetError(f"{counts}: at least 1 each, and at most {MOST_IMPRESSIONS} impressions")
+    if not 0 <= seed <= LARGEST_SEED:
+        raise DatasetError(f"seed {seed}: must lie between 0 and {LARGEST_SEED}")
     numbers = range(FIRST_FINGER, FIRST_FINGER + fingers)
-    chosen = sensors_named(sensors)
-    plan = Plan(seed, preset, chosen, impressions, master or preset_named(preset).master)
-    folder = Path(out)
+    plan = Plan(seed, preset, tuple(sensors), impressions, master or preset.master)
+    content, folder = plan.description().encode("ascii"), Path(out)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with folder_lock(folder, wait=False):
             description, truths = folder / DESCRIPTION_FILE, folder / TRUTH_FOLDER
             remove_unfinished(folder)
             if description.exists():
-                check_same_plan(description, plan)
+                if description.read_bytes() != content:
+                    raise DatasetError(f"{description}: the prints there were made otherwise")
             elif any(folder.iterdir()):
                 raise DatasetError(
                     f"{folder}: holds files but no {DESCRIPTION_FILE}: not made by fpmatch synth"
                 )
             else:
-                atomic_write_bytes(description, plan.description().encode("ascii"), public=True)
+                atomic_write_bytes(description, content, public=True)
             truths.mkdir(exist_ok=True)
             remove_unfinished(truths)
             files = {n: _files(folder, n, plan) for n in numbers}
             missing = [n for n in numbers if not all(path.is_file() for path in files[n])]
             progress(STAGE, fingers - len(missing), fingers)
-            engine = processes(workers if len(missing) > 1 else 1)
+            engine = make_engine(workers if len(missing) > 1 else 1)
             with closing(engine.map(partial(_make_finger, folder), plan, missing)) as made:
                 for done, _ in enumerate(made, fingers - len(missing) + 1):
                     progress(STAGE, done, fingers)
@@ -189,20 +172,6 @@ def make_database(
     written = description, *chain.from_iterable(files.values())
     size = sum(path.stat().st_size for path in written)
     return DatabaseMade(folder, fingers, impressions, len(missing), size)
-
-
-def check_same_plan(path: Path, plan: Plan) -> None:
-    """Raise DatasetError if the ``dataset.toml`` at `path` describes another plan."""
-    try:
-        stated = parse_toml(path.read_bytes()).get("synthesis")
-    except (OSError, ParseError) as error:
-        raise DatasetError(f"{path}: not a readable TOML file: {error}") from error
-    for key, value in plan.table().items():
-        if not isinstance(stated, dict) or stated.get(key) != value:
-            there = stated.get(key) if isinstance(stated, dict) else None
-            raise DatasetError(
-                f"{path}: the prints there were made with {key} {there!r}, not {value!r}"
-            )
 
 
 def _files(folder: Path, number: int, plan: Plan) -> list[Path]:
@@ -223,7 +192,7 @@ def _make_finger(folder: Path, plan: Plan, number: int) -> None:
     truths = {}
     for m, path in enumerate(images, start=1):
         sensor = plan.sensor_of(m)
-        impression = make_impression(master, m, plan.ranges, sensor)
+        impression = make_impression(master, m, plan.preset, sensor)
         stream, dpi = io.BytesIO(), (impression.dpi, impression.dpi)
         Image.fromarray(impression.image).save(stream, "TIFF", compression=COMPRESSION, dpi=dpi)
         content = stream.getvalue()

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import ImageError, unknown_name
 from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
 from fpmatch.lab.synthesis.master import (
     AVERAGE_ROWS,
@@ -101,13 +100,3 @@ PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
 )
 """The presets by name: four from the easiest to the hardest, normal prints stretched more, and
 prints rolled from nail to nail."""
-
-
-def preset_named(name: str | Preset) -> Preset:
-    """Return a preset by its name, or itself; raise ImageError for an unknown one."""
-    if isinstance(name, Preset):
-        return name
-    try:
-        return PRESETS[name]
-    except KeyError:
-        raise ImageError(unknown_name("preset", name, PRESETS)) from None

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import DatasetError, ImageError
 from fpmatch.lab.synthesis.noise import smooth_noise
-from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
@@ -22,19 +21,13 @@ if TYPE_CHECKING:
 
     Field = NDArray[np.float32]  # a value a pixel
 
-SMALLEST_SIDE_PX: Final = 32
-LARGEST_SIDE_PX: Final = 4096
 BRIGHTER: Final = 30.0  # grey levels by which bare glass saturates more
 SETTING: Final = np.array([0.4, 0.3, 0.5])  # deviation of the logarithms of what varies
 
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """Describe a sensor; grey levels are 0 to 255, lengths pixels of the image.
-
-    An ImageError is raised for a side that is not between 32 and 4096 pixels, a ResolutionError for
-    a resolution outside 100 to 4000 dpi.
-    """
+    """Describe a sensor; grey levels are 0 to 255, lengths pixels of the image."""
 
     name: str
     width: int
@@ -63,14 +56,6 @@ class Sensor:
     card: bool = False  # with lines, words and handwriting
     faintness: Range = (-0.1, 0.3)  # share of the contrast that the ink lacks, of detailed skin
     residue: float = 0.0  # density of the fine dots that damp skin leaves around the print
-
-    def __post_init__(self) -> None:
-        if not all(SMALLEST_SIDE_PX <= side <= LARGEST_SIDE_PX for side in self.shape):
-            raise ImageError(
-                f"sensor {self.name}: {self.width} x {self.height} pixels; each side must lie "
-                f"between {SMALLEST_SIDE_PX} and {LARGEST_SIDE_PX}"
-            )
-        object.__setattr__(self, "dpi", check_dpi(self.dpi))
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -121,19 +106,6 @@ _SENSORS: Final = (
 SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType({s.name: s for s in _SENSORS})
 """The sensors of FVC2002 DB1 to DB4 and of FVC2004 DB1 and DB2, and ink on cards, by name."""
 DEFAULT_SENSOR: Final = "optical-388x374"
-
-
-def plain_sensor(width: int, height: int, dpi: float = STANDARD_DPI) -> Sensor:
-    """Return a sensor of any size, with a white ground and no faults, named by its size."""
-    return Sensor(f"{width}x{height}@{dpi:g}dpi", width, height, dpi)
-
-
-def sensors_named(sensors: Sequence[str | Sensor]) -> tuple[Sensor, ...]:
-    """Return sensors, those given by name from `SENSORS`; raise DatasetError if one is unknown."""
-    for sensor in sensors:
-        if isinstance(sensor, str) and sensor not in SENSORS:
-            raise DatasetError(f"no sensor {sensor!r}: there are {', '.join(SENSORS)}")
-    return tuple(SENSORS[sensor] if isinstance(sensor, str) else sensor for sensor in sensors)
 
 
 WORDS: Final = ("RIGHT THUMB", "RIGHT INDEX", "RIGHT MIDDLE", "RIGHT RING", "RIGHT LITTLE",

@@ -28,15 +28,7 @@ from fpmatch.templates.minutiae import STANDARD_DPI
 if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
-MIN_POINTS: Final = 4  # the fewest among which one can have a closed one-ring
-
-
-@dataclass(frozen=True, slots=True)
-class PreparedPositions:
-    """The positions of a template's minutiae at 500 dpi, and its own resolution."""
-
-    at_500_dpi: PreparedPoints
-    dpi: float
+UNALIGNED: Final = "no transform aligns minutiae of the probe with minutiae of the reference"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,37 +73,26 @@ class PaperMatcher(Matcher):
         super().__init__(**given)
         self.rho = self.parameters.rho
 
-    def prepare(self, template: Template) -> PreparedPositions:
-        """Triangulate the minutiae of `template` and map their one-rings to the unit circle."""
+    def prepare(self, template: Template) -> tuple[PreparedPoints, float]:
+        """Map the one-rings of the minutiae at 500 dpi to the unit circle; also return the dpi."""
         xy = template.minutiae.xy.astype(np.float64) * (STANDARD_DPI / template.dpi)
-        return PreparedPositions(prepare_points(xy), template.dpi)
+        return prepare_points(xy), template.dpi
 
-    def compare(self, probe: PreparedPositions, reference: PreparedPositions) -> Comparison:
+    def compare(
+        self, probe: tuple[PreparedPoints, float], reference: tuple[PreparedPoints, float]
+    ) -> Comparison:
         """Compare two prepared templates; the similarity is the share that match, 0 to 1."""
-        p, q = probe.at_500_dpi, reference.at_500_dpi
+        (p, dpi), (q, to_dpi) = probe, reference
         match = match_prepared(p, q, self.parameters)
         if not isinstance(match.transform, Similarity):
-            return nothing_found(_why_nothing(match.local_matches, p, q))
-        to_reference = Similarity(scale=reference.dpi / STANDARD_DPI)
-        to_500dpi = Similarity(scale=STANDARD_DPI / probe.dpi)
+            return nothing_found(UNALIGNED)
+        to_reference, to_500dpi = Similarity(to_dpi / STANDARD_DPI), Similarity(STANDARD_DPI / dpi)
         return Comparison(
             similarity=match.matched_share,
             transform=to_reference.after(match.transform).after(to_500dpi),
             pairs=match.pairs,
-            rms_px=match.rms * reference.dpi / STANDARD_DPI,
+            rms_px=match.rms * to_dpi / STANDARD_DPI,
         )
 
 
 MATCHER: Final = PaperMatcher()
-
-
-def _why_nothing(similar: int, probe: PreparedPoints, reference: PreparedPoints) -> str:
-    """Return at which step of the method the two prints have nothing in common."""
-    for side, points in (("probe", probe), ("reference", reference)):
-        if len(points) < MIN_POINTS:
-            return f"too few minutiae: {len(points)} in the {side}"
-        if not len(points.rings):
-            return f"no minutia of the {side} has others all round it"
-    if not similar:
-        return "no one-ring of the probe is like one of the reference"
-    return "no transform aligns minutiae of the probe with minutiae of the reference"

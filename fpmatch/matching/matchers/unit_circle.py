@@ -15,12 +15,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from fpmatch.matching import reference as method
-from fpmatch.matching.compiled import COMPILED
-from fpmatch.matching.constants.comparison import MIN_MINUTIAE
+from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.evidence import Evidence, amount_terms, as_similarity, main_reason
-from fpmatch.matching.prints.prepared import encode_scaled, lies_off_ridges
+from fpmatch.matching.prints import prepared as prints
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.prefilter import descriptor_similarity
 from fpmatch.matching.reference.ridges import ridge_map
@@ -40,15 +39,13 @@ if COMPILED:
     from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
     from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-    from fpmatch.matching.prints.prepare import prefilter_of, prepare, score_descriptors
+    from fpmatch.matching.prints.prepare import encode, prefilter_of, prepare, score_descriptors
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
-FEW_MINUTIAE: Final = 3  # fewer match by the ridges round them, if at all
 MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
 MIN_AT_SCALE: Final = 50  # descriptor similarity; 67 is the least of 984 prints of a wrong dpi
 PREPARED_KEPT: Final = 64  # views and indices of prints, used last: a fifth of a megabyte each
-LEAST_CAPACITY: Final = 64  # minutiae, of a thread's pipeline
 _THREAD: Final = threading.local()
 
 
@@ -84,28 +81,23 @@ class UnitCircleMatcher(Matcher):
         but the direction of the transform. The prefilter rejects none if `in_any_case`.
         """
         a, b, swapped = _in_order(probe, reference)
-        if min(len(a), len(b)) < MIN_MINUTIAE:
-            return nothing_found(too_few(probe, reference))
-        same, rejected, matched = a.key == b.key, 0.0, None
-        in_any_case = in_any_case or same
+        if not len(a) or not len(b):
+            return nothing_found(UNPAIRED)
+        same = a.key == b.key
         if self.by_reference:
-            if not in_any_case:
-                rejected = method.rejected(a, b, self.parameters)
+            rejected = 0.0 if in_any_case or same else method.rejected(a, b, self.parameters)
+            matched = None if rejected else method.match(a, b, self.parameters)
         else:
-            pipeline = pipeline_for(probe, max(len(a), len(b)), self.parameters)
-            view = view_of(reference)
-            if not in_any_case:
-                rejected = pipeline.rejected(view, swapped)
-            if not rejected < 0.0:
-                index_neighbours(pipeline, probe)
-                matched = _matched_by(pipeline, pipeline.match(view, swapped), a, b)
-        if rejected < 0.0:
+            pipeline, view = pipeline_for(probe, self.parameters), view_of(reference)
+            rejected = 0.0 if in_any_case or same else pipeline.rejected(view, swapped)
+            matched = None if rejected else _matched_by(pipeline, view, a, b, swapped)
+            # of two equal prints neither comes first: only the identity is its own inverse
+            if same and not (matched and _is_identity(matched[0])):
+                matched = method.match(a, b, self.parameters)
+        if rejected:
             return nothing_found(UNLIKE, as_similarity(rejected))
-        # of two equal prints neither comes first: only the identity is its own inverse
-        if self.by_reference or (same and not (matched and _is_identity(matched[0]))):
-            matched = method.match(a, b, self.parameters)
         if matched is None:
-            return nothing_found(too_few(probe, reference) or UNPAIRED)
+            return nothing_found(UNPAIRED)
         return AlignedComparison(a, b, swapped, *matched)
 
     def explain(
@@ -124,40 +116,15 @@ class UnitCircleMatcher(Matcher):
         whole.similarity = comparison.similarity
         return whole
 
-    def compared(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
-    ) -> Compared | None:
-        """Return how much of two prints was compared; None where nothing was aligned."""
-        evidence: Evidence | None = comparison.detail
-        if evidence is None:
-            return None
-        first, *_ = _in_order(probe, reference)
-        return Compared(
-            minutiae=int(evidence.common),
-            area_mm2=evidence.area * MM2_PER_PX2,
-            ridge_agreement=evidence.ridges if evidence.cells else None,
-            ridge_area_mm2=evidence.cells * first.region.step**2 * MM2_PER_PX2,
-        )
-
-    def ridge_map(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
-    ) -> RidgeMap | None:
-        """Return where the ridges agree; None where they were not compared."""
-        if not isinstance(comparison, AlignedComparison) or not comparison.detail.cells:
-            return None
-        a, b, swapped = _in_order(probe, reference)
-        return ridge_map(a, b, comparison.pairing, swapped=swapped)
-
-    def amount(self, prepared: PreparedTemplate, factor: float = 1.0) -> NDArray[np.float64]:
-        """Return the amount of evidence in a print with `factor` times as much skin, shape (5,).
+    def amount(self, prepared: PreparedTemplate) -> NDArray[np.float64]:
+        """Return the amount of evidence in a print, shape (5,).
 
         It has no minutiae where they do not lie along the print's own ridges.
         """
         region = prepared.region
-        area, shown = factor * region.inside * region.step**2, region.ridges is not None
+        area, shown = region.inside * region.step**2, region.ridges is not None
         held = self.parameters.beyond_share > 0.0
-        off = held and lies_off_ridges(prepared)
-        minutiae = 0.0 if off else factor * len(prepared)
+        minutiae = 0 if held and prints.lies_off_ridges(prepared) else len(prepared)
         _, x, _, y, _ = amount_terms(minutiae, area)
         return np.array([minutiae, area, shown, x, y])
 
@@ -169,9 +136,7 @@ class UnitCircleMatcher(Matcher):
         The smaller of two prints bounds the skin that they share. `probe` and `references` are
         amounts of evidence, shape (..., 5). Measured on synthetic prints and parts of them.
         """
-        typical = score.load_weights().typical(probe, references)
-        enough = np.minimum(probe[..., 0], references[..., 0]) >= MIN_MINUTIAE
-        return np.where(enough, np.logaddexp(0.0, typical), 0.0)
+        return np.logaddexp(0.0, score.load_weights().typical(probe, references))
 
     def possible_scales(
         self, probe: PreparedTemplate, reference: PreparedTemplate, ratios: Sequence[float]
@@ -182,12 +147,11 @@ class UnitCircleMatcher(Matcher):
         """
         p, ours = self.parameters, reference.bit_descriptors
         known = probe.points, probe.quality, probe.neighbourhoods, probe.region, p
-        theirs = encode_scaled(*known, ratios)
         if self.by_reference:
-            scores = [descriptor_similarity(ours, bits, p) for bits in theirs]
+            scores = [descriptor_similarity(ours, prints.encode(*known, k), p) for k in ratios]
         else:
             tables = prefilter_of(ours, p)
-            scores = [score_descriptors(tables, bits) for bits in theirs]
+            scores = [score_descriptors(tables, encode(*known, k)) for k in ratios]
         return [k for k, value in zip(ratios, scores, strict=True) if value >= MIN_AT_SCALE]
 
 
@@ -217,9 +181,11 @@ def _is_identity(pairing: Pairing) -> bool:
 
 
 def _matched_by(
-    pipeline: Pipeline, estimate: float, a: PreparedTemplate, b: PreparedTemplate
+    pipeline: Pipeline, view: TemplateView, a: PreparedTemplate, b: PreparedTemplate, swapped: bool
 ) -> tuple[Pairing, Evidence] | None:
-    """Return what a pipeline matched last, and its evidence; None where nothing is paired."""
+    """Match the probe with a reference; return pairs and evidence, None where nothing is paired."""
+    index_neighbours(pipeline, b if swapped else a)
+    estimate = pipeline.match(view, swapped)
     if pipeline.best < 0:
         return None
     partner, weight, (c, s, x, y), entries = (of[pipeline.best].copy() for of in pipeline.kept)
@@ -258,39 +224,28 @@ class AlignedComparison(Comparison):
             transform, rms = transform.inverse(), rms / transform.scale
             pairs = pairs[np.argsort(pairs[:, 1], kind="stable"), ::-1]
         self.transform, self.rms_px, self.pairs = transform, rms, pairs
-        self.agreement, self.overlap = self.detail.agreement, self.detail.overlap
-        self.reason = main_reason(self.detail)
+        e: Evidence = self.detail
+        self.agreement, self.overlap, self.reason = e.agreement, e.overlap, main_reason(e)
+        self.compared = Compared(
+            minutiae=int(e.common),
+            area_mm2=e.area * MM2_PER_PX2,
+            ridge_agreement=e.ridges if e.cells else None,
+            ridge_area_mm2=e.cells * a.region.step**2 * MM2_PER_PX2,
+        )
         return getattr(self, name)
 
-
-def too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
-    """Return which side has too few minutiae to match; "" if neither."""
-    few = [
-        f"the {name} has no ridges"
-        if not len(side) and not side.region.inside
-        else f"the {name} has too few minutiae ({len(side)})"
-        for name, side in (("probe", probe), ("reference", reference))
-        if len(side) < FEW_MINUTIAE
-    ]
-    return "; ".join(few)
+    def ridge_map(self) -> RidgeMap | None:
+        """Return where the ridges agree; None where they were not compared."""
+        a, b, swapped = self._order
+        return ridge_map(a, b, self.pairing, swapped=swapped) if self.detail.cells else None
 
 
-def pipeline_for(
-    probe: PreparedTemplate, minutiae: int, parameters: MatchParameters = USUAL
-) -> Pipeline:
-    """Return the thread's own pipeline, which holds a probe.
-
-    The larger of the two prints has so many `minutiae`.
-    """
+def pipeline_for(probe: PreparedTemplate, parameters: MatchParameters = USUAL) -> Pipeline:
+    """Return the thread's own pipeline, which holds a probe."""
     pipeline: Pipeline | None = getattr(_THREAD, "pipeline", None)
-    if (
-        pipeline is None
-        or pipeline.capacity < minutiae
-        or pipeline.parameters is not parameters
-        or pipeline.weights is not score.load_weights()
-    ):
-        capacity = max(LEAST_CAPACITY, 1 << (minutiae - 1).bit_length())
-        pipeline = _THREAD.pipeline = Pipeline(capacity, parameters, score.load_weights())
+    weights, p = score.load_weights(), parameters
+    if pipeline is None or pipeline.parameters is not p or pipeline.weights is not weights:
+        pipeline = _THREAD.pipeline = Pipeline(p.max_minutiae, p, weights)
     pipeline.load(view_of(probe))
     return pipeline
 

@@ -18,13 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.matching.constants.comparison import (
-    ENOUGH_AREA,
-    ENOUGH_MINUTIAE,
-    LEAST_AREA,
-    SMALL_AREA_PX2,
-    UNIT_AREA,
-)
+from fpmatch.matching import constants as fixed
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
@@ -104,16 +98,12 @@ class ScoreModel:
 
 def amount_terms(minutiae: float, area: float) -> NDArray[np.float64]:
     """Return the terms of `AMOUNTS`, of minutiae and of area in square pixels at 500 dpi."""
-    x = 1.0 / (_saturated(minutiae, ENOUGH_MINUTIAE) + 1.0)
-    y = math.log(max(_saturated(area, ENOUGH_AREA), LEAST_AREA) / UNIT_AREA)
+    amount = np.array([minutiae, area])
+    share = (amount / (fixed.ENOUGH_MINUTIAE, fixed.ENOUGH_AREA)) ** 2
+    # about the amount where it is much less than what is enough, else about that
+    n, a = (amount / np.sqrt(np.sqrt(1.0 + share * share))).tolist()
+    x, y = 1.0 / (n + 1.0), math.log(max(a, fixed.LEAST_AREA) / fixed.UNIT_AREA)
     return np.array([1.0, x, x * x, y, x * y])
-
-
-def _saturated(amount: float, enough: float) -> float:
-    """Return about the amount where it is much less than `enough`, else about `enough`."""
-    share = amount / enough
-    share = share * share
-    return amount / math.sqrt(math.sqrt(1.0 + share * share))
 
 
 def as_similarity(minus_log_fmr: float) -> float:
@@ -134,7 +124,7 @@ class ScoreWeights:
         """Return the model by which two prints are scored."""
         if a.region.ridges is None or b.region.ridges is None:
             return self.models[MODELS.index(MINUTIAE_ALONE)]
-        small = min(a.region.area, b.region.area) <= SMALL_AREA_PX2
+        small = min(a.region.area, b.region.area) <= fixed.SMALL_AREA_PX2
         return self.models[MODELS.index(SMALL_WITH_RIDGES if small else WITH_RIDGES)]
 
     def is_small(self, a: PreparedTemplate, b: PreparedTemplate) -> bool:
@@ -161,7 +151,7 @@ class ScoreWeights:
         typical = np.where(both, by_model[WITH_RIDGES], by_model[MINUTIAE_ALONE])
         small = by_model[SMALL_WITH_RIDGES]
         typical = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(typical, small), typical)
-        return np.asarray(np.where(both & (area <= SMALL_AREA_PX2), small, typical))
+        return np.asarray(np.where(both & (area <= fixed.SMALL_AREA_PX2), small, typical))
 
     def as_json(self) -> str:
         """Return the weights as the text of a JSON file, a list for each array of a model."""
@@ -217,11 +207,6 @@ class Evidence(NamedTuple):
         return as_similarity(self.minus_log_fmr)
 
 
-SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small
-POOR_RIDGES: Final = 0.3  # correlation: hardly more than that of impostor prints
-MOSTLY_PAIRED: Final = 0.5  # share of the minutiae in the common region: not too few are paired
-
-
 @cache
 def load_weights() -> ScoreWeights:
     """Return the weights in the package."""
@@ -230,13 +215,7 @@ def load_weights() -> ScoreWeights:
 
 def main_reason(evidence: Evidence) -> str:
     """Return the main reason against one finger, by the evidence of the score."""
-    among = f"the {count(int(evidence.common), 'minutia', 'minutiae')} of both prints"
-    share = f"{count(int(evidence.pairs), 'pair')} among {among} in the common region"
-    if evidence.overlap < SMALL_OVERLAP:
-        return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
-    if evidence.cells and evidence.ridges < POOR_RIDGES:
-        return f"the ridges disagree under the best transform: {share}"
-    if evidence.agreement >= MOSTLY_PAIRED:
-        few = "half of the minutiae or more are paired, but they are too few, or agree too poorly"
-        return f"{few}: {share}"
-    return f"too few minutiae agree under the best transform: {share}"
+    pairs, minutiae = int(evidence.pairs), int(evidence.common)
+    among = f"{count(pairs, 'pair')} among the {count(minutiae, 'minutia', 'minutiae')}"
+    where = f"of both prints in the common region ({evidence.overlap:.0%} of the smaller print)"
+    return f"too little agrees under the best transform: {among} {where}"

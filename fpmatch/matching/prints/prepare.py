@@ -17,12 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.constants.prints import (
-    FLOW_PLACES,
-    NEIGHBOUR_WORDS,
-    ORIENTATION_WORDS,
-    UNKNOWN_BIN,
-)
+from fpmatch.matching import constants as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints._kernels._encode_kernel import encode_neighbours, encode_orientations
 from fpmatch.matching.prints._kernels._neighbourhood_kernel import NeighbourhoodWriter
@@ -51,12 +46,12 @@ def prepare(template: Template, parameters: MatchParameters = USUAL) -> Prepared
 def neighbourhoods(points: NDArray[np.float64], parameters: MatchParameters) -> Neighbourhoods:
     """Describe the nearest neighbours, in the first two rings, of minutiae (4, N)."""
     size, n = parameters.neighbours, points.shape[1]
-    count, neighbour = np.empty(n, np.int32), np.zeros((n, size), np.int32)
+    count, near = np.empty(n, np.int32), np.zeros((n, size), np.int32)
     frame = np.zeros((n, 6, size), np.float32)
     mesh = triangulate_checked(points[:2].T.copy())
-    writer = NeighbourhoodWriter(points, parameters, count, neighbour, frame)
+    writer = NeighbourhoodWriter(points, parameters, count, near, frame)
     writer.write(mesh.edges, mesh.ring_start, mesh.ring, mesh.interior.view(np.uint8))
-    return Neighbourhoods(count, neighbour, frame)
+    return Neighbourhoods(count, frame)
 
 
 def encode(
@@ -65,18 +60,20 @@ def encode(
     neighbours: Neighbourhoods,
     region: PrintArea,
     parameters: MatchParameters,
+    scale: float = 1.0,
 ) -> BitDescriptors:
-    """Encode the minutiae (4, N) of a print as `encode_scaled` does for one scale."""
+    """Encode the minutiae (4, N) of a print as `prepared.encode` does."""
     r, n, count, frame = region, len(quality), neighbours.count, neighbours.frame
     coded, direction_bin = which_encoded(quality).view(np.uint8), direction_bins(points)
     angle = np.arctan2(frame[:, 3], frame[:, 2])
-    neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
-    encode_neighbours(count, frame, angle, coded, 1.0 / parameters.cell_px, neighbour_bits)
-    orientation_bins = np.full((n, ORIENTATION_WORDS), UNKNOWN_BIN, np.uint8)
+    neighbour_bits = np.empty((n, fixed.NEIGHBOUR_WORDS), np.uint16)
+    encode_neighbours(count, frame, angle, coded, scale / parameters.cell_px, neighbour_bits)
+    orientation_bins = np.full((n, fixed.ORIENTATION_WORDS), fixed.UNKNOWN_BIN, np.uint8)
     if r.has_flow:
-        place = r.code, r.first_row, r.first_column, r.step
-        encode_orientations(points, direction_bin, *place, FLOW_PLACES, orientation_bins)
-    xy = np.ascontiguousarray(points[:2].T, np.float32)
+        area = r.code, r.first_row, r.first_column, r.step
+        places = fixed.FLOW_PLACES / scale
+        encode_orientations(points, direction_bin, *area, places, orientation_bins)
+    xy = np.ascontiguousarray(scale * points[:2].T, np.float32)
     return BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, r.has_flow)
 
 

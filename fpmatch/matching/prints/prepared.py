@@ -13,19 +13,18 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.matching.constants import prints as fixed
+from fpmatch.matching import constants as fixed
 from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.templates.plausibility import ENOUGH_ON_RIDGES, are_uneven, lie_off_ridges
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
     from fpmatch.matching.parameters import MatchParameters
     from fpmatch.templates.minutiae import RidgeField, Template
 
-ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour; greater ones hardly occur
 _FRAME: Final = struct.Struct("=qqqqqd")  # of a region, in its content
 
 
@@ -118,7 +117,6 @@ class Neighbourhoods:
     """
 
     count: NDArray[np.int32]  # (N,): neighbours kept of each minutia
-    neighbour: NDArray[np.int32]  # (N, size): which minutiae; beyond the number kept, any
     frame: NDArray[np.float32]  # (N, 6, size): the neighbours in the frame of the minutia
 
 
@@ -127,7 +125,7 @@ class BitDescriptors:
     """The bit descriptors of a print of N minutiae.
 
     Each minutia has a word for each of its neighbours: the cell of position and direction, in the
-    minutia's own frame, in which the neighbour lies in each of two grids; see `constants.prints`.
+    minutia's own frame, in which the neighbour lies in each of two grids; see `matching.constants`.
     Twelve more words are the bins of the ridge orientation at places around it.
     """
 
@@ -173,33 +171,29 @@ def direction_bins(points: NDArray[np.float64]) -> NDArray[np.uint8]:
     return bins
 
 
-def encode_scaled(
+def encode(
     points: NDArray[np.float64],
     quality: NDArray[np.float64],
     neighbours: Neighbourhoods,
     region: PrintArea,
     p: MatchParameters,
-    ratios: Sequence[float] = (1.0,),
-) -> list[BitDescriptors]:
+    scale: float = 1.0,
+) -> BitDescriptors:
     """Encode the minutiae (4, N) of a print, of many only the best by quality.
 
-    For each of `ratios`, all lengths of the print are multiplied by it.
+    All lengths of the print are multiplied by `scale`.
     """
     coded, direction_bin = which_encoded(quality), direction_bins(points)
-    scale = np.array(ratios)[:, None, None]
-    bits = _neighbour_bits(neighbours, coded, scale / p.cell_px)
-    bins = _orientation_bins(points, direction_bin, region, scale)
+    words = _neighbour_bits(neighbours, coded, scale / p.cell_px)
+    around = _orientation_bins(points, direction_bin, region, scale)
     xy = (scale * points[:2].T).astype(np.float32, order="C")
-    return [
-        BitDescriptors(at, direction_bin, words, around, region.has_flow)
-        for at, words, around in zip(xy, bits, bins, strict=True)
-    ]
+    return BitDescriptors(xy, direction_bin, words, around, region.has_flow)
 
 
 def _neighbour_bits(
-    neighbours: Neighbourhoods, coded: NDArray[np.bool_], per_px: NDArray[np.float64]
+    neighbours: Neighbourhoods, coded: NDArray[np.bool_], per_px: float
 ) -> NDArray[np.uint16]:
-    """Return the words of the neighbours (R, N, 12), for cells of R sizes.
+    """Return the words of the neighbours (N, 12).
 
     Of the neighbours of a minutia in one cell, the first counts.
     """
@@ -207,14 +201,14 @@ def _neighbour_bits(
     t = np.arctan2(frame[:, 3], frame[:, 2]).astype(np.float64) / (2 * np.pi) + fixed.APART
     t = np.where(t < 0.0, t + 1.0, t) * fixed.SECTORS
     sector = np.minimum(t, fixed.SECTORS - 1).astype(np.int64)
-    place = frame[:, :2].transpose(1, 0, 2)[:, None] * per_px + fixed.CELLS_ALONG // 2
+    place = frame[:, :2].astype(np.float64).transpose(1, 0, 2) * per_px + fixed.CELLS_ALONG // 2
     at = place.astype(np.int64)
     (u, v), (column, row) = place, at
     on_column, on_row = place - at >= 0.5
     on_sector = t - sector >= 0.5
     rank, side = np.arange(frame.shape[2]), fixed.CELLS_ALONG
     inside = coded[:, None] & (rank < neighbours.count[:, None])
-    inside = inside & (u >= 0.0) & (u < side) & (v >= 0.0) & (v < side)
+    inside &= (u >= 0.0) & (u < side) & (v >= 0.0) & (v < side)
     further = inside & (column + on_column < side) & (row + on_row < side)
     cell = (row * side + column) * fixed.SECTORS + sector
     second = fixed.SECOND + cell + on_sector + fixed.SECTORS * (on_column + side * on_row)
@@ -226,28 +220,23 @@ def _neighbour_bits(
         place = np.where(counts, cells, ~rank).astype(np.int16)
         first = (place[..., None] == place[..., None, :]).argmax(axis=-1) == rank
         word |= np.where(counts & first, 0, bit)
-    bits = np.full((*word.shape[:-1], fixed.NEIGHBOUR_WORDS), fixed.NOWHERE, np.uint16)
-    bits[..., : len(rank)] = np.where(inside, word, fixed.NOWHERE)
+    bits = np.full((len(coded), fixed.NEIGHBOUR_WORDS), fixed.NOWHERE, np.uint16)
+    bits[:, : len(rank)] = np.where(inside, word, fixed.NOWHERE)
     return bits
 
 
 def _orientation_bins(
-    points: NDArray[np.float64],
-    direction_bin: NDArray[np.uint8],
-    region: PrintArea,
-    scale: NDArray[np.float64],
+    points: NDArray[np.float64], direction_bin: NDArray[np.uint8], region: PrintArea, scale: float
 ) -> NDArray[np.uint8]:
-    """Return the bins of the orientation around each minutia, in its own frame, (R, N, 12)."""
+    """Return the bins of the orientation around each minutia, in its own frame, (N, 12)."""
     if not region.has_flow:
-        shape = len(scale), points.shape[1], fixed.ORIENTATION_WORDS
-        return np.full(shape, fixed.UNKNOWN_BIN, np.uint8)
+        return np.full((len(direction_bin), fixed.ORIENTATION_WORDS), fixed.UNKNOWN_BIN, np.uint8)
     z, d = points[::2] + 1j * points[1::2]
     around = (fixed.FLOW_PLACES[0] + 1j * fixed.FLOW_PLACES[1]) / scale
     code = codes_at(region, z[:, None] + d[:, None] * around)
     relative = (code - 1.0) * fixed.ORIENTATION_BINS / fixed.ORIENTATIONS
     relative -= direction_bin[:, None] * (2.0 * fixed.ORIENTATION_BINS / fixed.TURNS)
-    for _ in range(2):  # a turn of direction is two of orientation
-        relative += fixed.ORIENTATION_BINS * (relative < 0.0)
+    relative %= fixed.ORIENTATION_BINS
     bins = np.minimum(relative.astype(np.int64), fixed.ORIENTATION_BINS - 1)
     return np.where(code > 0, bins, fixed.UNKNOWN_BIN).astype(np.uint8)
 
@@ -282,7 +271,9 @@ def prepare_by(
     quality = qualities(minutiae.quality, p.usual_quality)
     described = neighbourhoods(points, p)
     bits = encode(points, quality, described, region, p)
-    key = content_key(points, quality, region)
+    frame = *region.code.shape, region.first_row, region.first_column, region.has_flow, region.step
+    content = points, quality, region.code, _FRAME.pack(*frame), region.ridges
+    key = b"".join(b"" if one is None else bytes(one) for one in content)
     return PreparedTemplate(points, quality, index, described, region, bits, to_500dpi, key)
 
 
@@ -307,23 +298,3 @@ def qualities(quality: NDArray[np.uint8], usual: float) -> NDArray[np.float64]:
     if given and not are_uneven(quality):
         return np.asarray(quality / 100.0)
     return np.full(len(quality), usual)
-
-
-def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return which of `ROOT_WEIGHTS` the square roots of neighbours' weights are nearest to.
-
-    The weights are rounded to these when a print is prepared, not when it is put into arrays: so
-    all comparisons, of two prints or of one with many, are of the same values.
-    """
-    step = np.rint(root_weight * np.float64(100.0))
-    return np.minimum(step, len(ROOT_WEIGHTS) - 1.0).astype(np.uint8)
-
-
-def content_key(
-    points: NDArray[np.float64], quality: NDArray[np.float64], region: PrintArea
-) -> bytes:
-    """Return the content of a print as bytes, by which prints are put in order."""
-    r = region
-    frame = _FRAME.pack(*r.code.shape, r.first_row, r.first_column, r.has_flow, r.step)
-    ridges = b"" if r.ridges is None else r.ridges.tobytes()
-    return points.tobytes() + quality.tobytes() + r.code.tobytes() + frame + ridges

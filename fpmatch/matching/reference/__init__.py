@@ -22,19 +22,14 @@ from __future__ import annotations
 import cmath
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.constants.comparison import (
-    MAX_STRETCH,
-    MIN_PAIRS_FOR_SCALE,
-    REJECTED,
-    SHORTFALL,
-)
+from fpmatch.matching import constants as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline.evidence import load_weights
-from fpmatch.matching.prints.prepared import encode_scaled, prepare_by
+from fpmatch.matching.prints.prepared import encode, prepare_by
 from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
 from fpmatch.matching.reference.evidence import weigh
 from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
@@ -47,17 +42,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from fpmatch.matching.pipeline.evidence import Evidence
-    from fpmatch.matching.prints.prepared import BitDescriptors, PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their rings."""
-    return prepare_by(neighbourhoods, _encode, template, parameters)
-
-
-def _encode(*given: Any) -> BitDescriptors:
-    return encode_scaled(*given)[0]
+    return prepare_by(neighbourhoods, encode, template, parameters)
 
 
 def rejected(
@@ -68,7 +59,7 @@ def rejected(
     enough = min(base + growth * min(len(a), len(b)), limit)
     bits = a.bit_descriptors, b.bit_descriptors
     shortfall = enough - descriptor_similarity(*bits, parameters)
-    return REJECTED - SHORTFALL * shortfall if shortfall > 0.0 else 0.0
+    return fixed.REJECTED - fixed.SHORTFALL * shortfall if shortfall > 0.0 else 0.0
 
 
 def match(
@@ -139,7 +130,8 @@ def transform_of(
     linear = weight @ (span.conj() * (other - middle_other))
     spread = weight @ (span.real * span.real + span.imag * span.imag)
     stretched = abs(linear) / spread if spread > 0.0 else 0.0
-    if len(i) < MIN_PAIRS_FOR_SCALE or not 1 / MAX_STRETCH <= stretched / scale <= MAX_STRETCH:
+    most = fixed.MAX_STRETCH
+    if len(i) < fixed.MIN_PAIRS_FOR_SCALE or not 1 / most <= stretched / scale <= most:
         stretched, linear = scale, pairing.move[0].conjugate()
     turn = cmath.phase(linear)
     linear = cmath.rect(stretched, turn)

@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.constants.comparison import (
-    DIRECTION_ARM2,
-    FEWEST_FOR_SCALE,
-    LEAST_SCALE,
-    MOST_SCALE,
-)
+from fpmatch.matching import constants as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.reference.pair_mesh import PairMesh, mesh_of_pairs, predict
 
@@ -126,9 +121,9 @@ def _fitted(pairing: Pairing) -> Pairing:
     span = z_a[i] - middle_a
     positions = w @ (span.conj() * (z_b[j] - middle_b))
     spread = w @ abs(span) ** 2
-    scale = abs(positions) / spread if spread > 0.0 and len(i) >= FEWEST_FOR_SCALE else 1.0
-    linear = positions + DIRECTION_ARM2 * (w @ (d_a[i].conj() * d_b[j]))
+    scale = abs(positions) / spread if spread > 0.0 and len(i) >= fixed.FEWEST_FOR_SCALE else 1.0
+    linear = positions + fixed.DIRECTION_ARM2 * (w @ (d_a[i].conj() * d_b[j]))
     if not abs(linear) > 0.0:
         return pairing
-    linear *= min(max(scale, LEAST_SCALE), MOST_SCALE) / abs(linear)
+    linear *= min(max(scale, fixed.LEAST_SCALE), fixed.MOST_SCALE) / abs(linear)
     return replace(pairing, move=(complex(linear), complex(middle_b - linear * middle_a)))

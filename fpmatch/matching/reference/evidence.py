@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.matching.constants import comparison as fixed
+from fpmatch.matching import constants as fixed
 from fpmatch.matching.pipeline.evidence import (
     FEATURES,
     RIDGE_FEATURES,

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.matching.constants.prints import LEAST_WEIGHT
+from fpmatch.matching.constants import LEAST_WEIGHT
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.prints.prepared import ROOT_WEIGHTS, Neighbourhoods, root_weight_codes
+from fpmatch.matching.prints.prepared import Neighbourhoods
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.paper.parametrize import ring_weights
 
@@ -30,7 +30,6 @@ def neighbourhoods(points: NDArray[np.float64], p: MatchParameters = USUAL) -> N
     near = joined | (joined.astype(np.intp) @ joined > 0)
     np.fill_diagonal(near, False)
     count = np.minimum(near.sum(axis=1), p.neighbours).astype(np.int32)
-    neighbour = np.zeros((len(z), p.neighbours), np.int32)
     frame = np.zeros((len(z), 6, p.neighbours), np.float32)
     for i in range(len(z)):
         j = np.flatnonzero(near[i])
@@ -46,10 +45,9 @@ def neighbourhoods(points: NDArray[np.float64], p: MatchParameters = USUAL) -> N
         place, direction = (z[j] - z[i]) * d[i].conj(), d[j] * d[i].conj()
         tolerance = p.tolerance_px + p.tolerance_per_px * abs(z[j] - z[i])
         rows = place.real, place.imag, direction.real, direction.imag, tolerance**-2
-        neighbour[i, : len(j)] = j
         frame[i, :, : len(j)] = *rows, np.sqrt(weight)
-    frame[:, 5] = ROOT_WEIGHTS[root_weight_codes(frame[:, 5])]
-    return Neighbourhoods(count, neighbour, frame)
+    frame[:, 5] = np.minimum(np.rint(100.0 * frame[:, 5].astype(np.float64)), 255.0) / 100.0
+    return Neighbourhoods(count, frame)
 
 
 def local_similarity(

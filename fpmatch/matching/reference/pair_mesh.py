@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.compiled import COMPILED
-from fpmatch.matching.constants.comparison import FAR_AWAY, FRAME, NEAR2, ROUNDING
+from fpmatch.matching.constants import COMPILED, FAR_AWAY, FRAME, NEAR2, ROUNDING
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.constants import prints as fixed
+from fpmatch.matching import constants as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
 
 if TYPE_CHECKING:

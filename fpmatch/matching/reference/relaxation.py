@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.constants.comparison import COINCIDENT
+from fpmatch.matching.constants import COINCIDENT
 from fpmatch.matching.parameters import USUAL, MatchParameters
 
 if TYPE_CHECKING:

@@ -10,19 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from fpmatch.matching.constants.comparison import (
-    BITS_ALONG,
-    FEW_SAMPLES,
-    FEWEST_AROUND,
-    FLOW_SAMPLES,
-    FRAME,
-    MOST_CELLS,
-    REACH,
-    SAMPLES,
-    SHIFTS,
-    SMALL_AREA_PX2,
-)
-from fpmatch.matching.constants.prints import ORIENTATIONS
+from fpmatch.matching import constants as fixed
+from fpmatch.matching.constants import ORIENTATIONS
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepared import codes_at
 from fpmatch.matching.reference.pair_mesh import cross
@@ -49,7 +38,7 @@ class RidgeMap:
     the cells that touch it, where the mesh of pairs maps it, shifted by up to half a ridge period.
     Its correlation is 2·p - 1, where p is the share of samples that are ridge in both prints or
     valley in both: 1 where the ridges coincide, on average `IMPOSTOR_RIDGES` (of
-    `fpmatch.matching.constants.comparison`) for different fingers.
+    `fpmatch.matching.constants`) for different fingers.
     """
 
     correlation: Floats  # (K,): -1 to 1
@@ -89,7 +78,7 @@ def drift_of(region: PrintArea, mesh: PairMesh, predicted: Plane, move: Move) ->
     noise, a pair lies halfway between its partner and the prediction of its ring.
     """
     image = mesh.image.copy()
-    image[FRAME:] = 0.5 * (image[FRAME:] + predicted[mesh.owner[FRAME:]])
+    image[fixed.FRAME :] = 0.5 * (image[fixed.FRAME :] + predicted[mesh.owner[fixed.FRAME :]])
     row, column = np.indices([(size + 1) // 2 for size in region.code.shape])
     side = 2.0 * region.step
     middle = (region.first_column + 1.0) * region.step + column * side
@@ -123,8 +112,8 @@ def compared_cells(
     shifts. The shift counts at which most bits of the cell and its neighbours agree.
     """
     rows, columns = a.code.shape
-    too_large = (rows + 2) * (columns + 2) > MOST_CELLS
-    too_large |= (b.code.shape[0] + 4) * (b.code.shape[1] + 4) > MOST_CELLS
+    too_large = (rows + 2) * (columns + 2) > fixed.MOST_CELLS
+    too_large |= (b.code.shape[0] + 4) * (b.code.shape[1] + 4) > fixed.MOST_CELLS
     if a.ridges is None or b.ridges is None or too_large:
         nothing = np.empty(0, np.intp)
         return (nothing, nothing), nothing.astype(complex), nothing.astype(float)
@@ -134,26 +123,26 @@ def compared_cells(
     at = move[0] * at + move[1] + (0.0 if drift is None else drift[row // 2, column // 2])
     common = codes_at(b, at) > 0
     row, column, at = row[common], column[common], at[common]
-    small = min(a.area, b.area) <= SMALL_AREA_PX2
-    sample_row, sample_column = np.array(SAMPLES if small else FEW_SAMPLES).T
+    small = min(a.area, b.area) <= fixed.SMALL_AREA_PX2
+    sample_row, sample_column = np.array(fixed.SAMPLES if small else fixed.FEW_SAMPLES).T
     offset = move[0] * ((sample_column - 3.5) - 1j * (sample_row - 3.5)) * (a.step / b.step)
-    per_bit = BITS_ALONG / b.step
-    u = (at.real + 0.5) * per_bit - BITS_ALONG * (b.first_column - 2.0) - REACH
-    v = (0.5 - at.imag) * per_bit - BITS_ALONG * (b.first_row - 2.0) - REACH
+    per_bit = fixed.BITS_ALONG / b.step
+    u = (at.real + 0.5) * per_bit - fixed.BITS_ALONG * (b.first_column - 2.0) - fixed.REACH
+    v = (0.5 - at.imag) * per_bit - fixed.BITS_ALONG * (b.first_row - 2.0) - fixed.REACH
     u, v = u[:, None] + offset.real, v[:, None] - offset.imag
-    own_row = BITS_ALONG * row[:, None] + sample_row
-    own_column = BITS_ALONG * column[:, None] + sample_column
+    own_row = fixed.BITS_ALONG * row[:, None] + sample_row
+    own_column = fixed.BITS_ALONG * column[:, None] + sample_column
     ours = bits_of(a.ridges)[own_row, own_column]
     both = np.zeros((max(rows, 1) + 2, max(columns, 1) + 2), np.uint8)
     both[row + 1, column + 1] = 1
-    agreeing = np.zeros((*both.shape, SHIFTS, SHIFTS), np.uint16)
+    agreeing = np.zeros((*both.shape, fixed.SHIFTS, fixed.SHIFTS), np.uint16)
     agreeing[row + 1, column + 1] = count_agreeing(ours, bits_of(b.ridges), u, v)
     around = sliding_window_view(both, (3, 3))[row, column]
     cells = np.maximum(around.sum(axis=(1, 2)), 1)
     windows = sliding_window_view(agreeing, (3, 3), axis=(0, 1))[row, column]
-    best = windows.sum(axis=(3, 4)).reshape(-1, SHIFTS**2).max(axis=1, initial=0)
+    best = windows.sum(axis=(3, 4)).reshape(-1, fixed.SHIFTS**2).max(axis=1, initial=0)
     value = 2.0 * best / (len(sample_row) * cells) - 1.0
-    known = cells >= FEWEST_AROUND
+    known = cells >= fixed.FEWEST_AROUND
     return (row[known], column[known]), at[known], value[known]
 
 
@@ -184,8 +173,8 @@ def bits_of(ridges: NDArray[np.uint64]) -> Bits:
     """Return the ridge images of cells (rows, columns) as one, 8 by 8 bits a cell."""
     rows, columns = ridges.shape
     bits = np.unpackbits(ridges.astype("<u8").view(np.uint8), bitorder="little")
-    cells = bits.reshape(rows, columns, BITS_ALONG, BITS_ALONG).transpose(0, 2, 1, 3)
-    return cells.reshape(BITS_ALONG * rows, BITS_ALONG * columns).astype(bool)
+    cells = bits.reshape(rows, columns, fixed.BITS_ALONG, fixed.BITS_ALONG).transpose(0, 2, 1, 3)
+    return cells.reshape(fixed.BITS_ALONG * rows, fixed.BITS_ALONG * columns).astype(bool)
 
 
 def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[np.uint16]:
@@ -195,12 +184,12 @@ def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[n
     it, as wherever B has no cell, there is a valley.
     """
     rows, columns = picture.shape
-    edge = 2 * BITS_ALONG
+    bits, edge = fixed.BITS_ALONG, 2 * fixed.BITS_ALONG
     padded = np.zeros((rows + 2 * edge, columns + 2 * edge), bool)
     padded[edge:-edge, edge:-edge] = picture
-    windows = sliding_window_view(padded, (SHIFTS, SHIFTS))
-    seen = (u >= 0.0) & (u < columns + 3 * BITS_ALONG) & (v >= 0.0) & (v < rows + 3 * BITS_ALONG)
-    theirs = np.zeros((*u.shape, SHIFTS, SHIFTS), bool)
+    windows = sliding_window_view(padded, (fixed.SHIFTS, fixed.SHIFTS))
+    seen = (u >= 0.0) & (u < columns + 3 * bits) & (v >= 0.0) & (v < rows + 3 * bits)
+    theirs = np.zeros((*u.shape, fixed.SHIFTS, fixed.SHIFTS), bool)
     theirs[seen] = windows[v[seen].astype(np.intp), u[seen].astype(np.intp)]
     agreeing = np.sum(theirs == ours[:, :, None, None], axis=1, dtype=np.uint16)
     return np.asarray(agreeing)
@@ -252,7 +241,7 @@ def _flow_agreement(
     It is -2 where the prints have too little in common. Also return the middle of the samples.
     """
     row, column = np.nonzero(small.code)
-    passed = -(-np.arange(FLOW_SAMPLES) * len(row) // FLOW_SAMPLES)
+    passed = -(-np.arange(fixed.FLOW_SAMPLES) * len(row) // fixed.FLOW_SAMPLES)
     row, column = (of[np.unique(passed[passed < len(row)])] for of in (row, column))
     at = (small.first_column + column + 0.5) * small.step
     at = at - 1j * ((small.first_row + row + 0.5) * small.step)

@@ -9,7 +9,6 @@ import numpy as np
 COMPILED = cython.compiled
 
 _WHOLE = cython.declare(cython.double, 2.0**52)  # added and taken away, it rounds what is smaller
-_SHORT_RUN = cython.declare(cython.int, 8)  # points sorted by insertion
 
 
 def sort_points(points: cython.double[:, ::1], flatness: cython.double) -> tuple | None:
@@ -27,16 +26,14 @@ def sort_points(points: cython.double[:, ::1], flatness: cython.double) -> tuple
         return None
     in_order = np.empty((2, n))
     index = np.empty((2, n), np.intc)
-    given_xy: cython.double[:, ::1] = np.empty((2, n))
+    whole = np.empty((n, 2))
+    given: cython.double[:, ::1] = whole
     xy: cython.double[:, ::1] = in_order
     order: cython.int[:, ::1] = index
-    spare: cython.int[:, ::1] = np.empty((2, n), np.intc)
-    if not _to_whole_numbers(points, given_xy[0], given_xy[1]):
+    if not _to_whole_numbers(points, given):
         return None
-    _sort(given_xy[0], given_xy[1], order[0], spare[0], spare[1])
-    distinct: cython.Py_ssize_t = _take_distinct(
-        given_xy[0], given_xy[1], order[0], order[1], xy[0], xy[1]
-    )
+    index[0] = whole.view(np.complex128).ravel().argsort(kind="stable")
+    distinct: cython.Py_ssize_t = _take_distinct(given, order[0], order[1], xy[0], xy[1])
     if distinct < 3 or _is_flat(xy[0], xy[1], distinct, flatness):
         return None
     return in_order, distinct, index
@@ -44,9 +41,7 @@ def sort_points(points: cython.double[:, ::1], flatness: cython.double) -> tuple
 
 @cython.cfunc
 @cython.exceptval(check=False)
-def _to_whole_numbers(
-    points: cython.double[:, ::1], x: cython.double[::1], y: cython.double[::1]
-) -> cython.bint:
+def _to_whole_numbers(points: cython.double[:, ::1], whole: cython.double[:, ::1]) -> cython.bint:
     """Write the points as whole numbers from 0, at most 2**52 and as small as they can be.
 
     Return whether there are two that differ.
@@ -69,105 +64,22 @@ def _to_whole_numbers(
     more: cython.double = math.ldexp(1.0, shift - shift // 2)
     bits = 0
     for i in range(n):
-        x[i] = (points[i, 0] - low_x) * scale * more + _WHOLE - _WHOLE
-        y[i] = (points[i, 1] - low_y) * scale * more + _WHOLE - _WHOLE
-        bits |= cython.cast(cython.longlong, x[i]) | cython.cast(cython.longlong, y[i])
+        x: cython.double = (points[i, 0] - low_x) * scale * more + _WHOLE - _WHOLE
+        y: cython.double = (points[i, 1] - low_y) * scale * more + _WHOLE - _WHOLE
+        bits |= cython.cast(cython.longlong, x) | cython.cast(cython.longlong, y)
+        whole[i, 0], whole[i, 1] = x, y
     scale = 1.0 / (bits & -bits)
     for i in range(n):
-        x[i] *= scale
-        y[i] *= scale
+        whole[i, 0] *= scale
+        whole[i, 1] *= scale
     return True
 
 
 @cython.cfunc
 @cython.exceptval(check=False)
-def _sort(
-    x: cython.double[::1], y: cython.double[::1], order: cython.int[::1], spare: cython.int[::1],
-    end: cython.int[::1],
-) -> cython.void:  # fmt: skip
-    """Write into `order` the points by x, then y, then index; `spare` and `end` are scratch.
-
-    The points are distributed to as many strips of x; those of a strip are merge sorted.
-    """
-    cython.declare(
-        n=cython.Py_ssize_t, i=cython.Py_ssize_t, strip=cython.Py_ssize_t, begin=cython.Py_ssize_t
-    )
-    n = order.shape[0]
-    begin = 0
-    widest = 0.0
-    for i in range(n):
-        widest = max(widest, x[i])
-        end[i] = 0
-    scale = (n - 1) / max(widest, 1.0)
-    for i in range(n):
-        strip = int(x[i] * scale)
-        end[strip] += 1
-    for strip in range(1, n):
-        end[strip] += end[strip - 1]
-    for i in range(n - 1, -1, -1):
-        strip = int(x[i] * scale)
-        end[strip] -= 1
-        order[end[strip]] = i
-    # `end` now holds where each strip begins
-    for strip in range(1, n):
-        if end[strip] - begin > 1:
-            _sort_strip(x, y, order, spare, begin, end[strip])
-        begin = end[strip]
-    _sort_strip(x, y, order, spare, begin, n)
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _sort_strip(
-    x: cython.double[::1], y: cython.double[::1], order: cython.int[::1], spare: cython.int[::1],
-    low: cython.Py_ssize_t, high: cython.Py_ssize_t,
-) -> cython.void:  # fmt: skip
-    """Sort the points ``order[low:high]``; those that coincide keep their order."""
-    cython.declare(
-        i=cython.Py_ssize_t, j=cython.Py_ssize_t, k=cython.Py_ssize_t, middle=cython.Py_ssize_t,
-        point=cython.int, other=cython.int,
-    )  # fmt: skip
-    if high - low <= _SHORT_RUN:
-        for i in range(low + 1, high):
-            point = order[i]
-            j = i
-            while j > low:
-                other = order[j - 1]
-                if x[other] < x[point] or (x[other] == x[point] and y[other] <= y[point]):
-                    break
-                order[j] = other
-                j -= 1
-            order[j] = point
-        return
-    middle = (low + high) // 2
-    _sort_strip(x, y, order, spare, low, middle)
-    _sort_strip(x, y, order, spare, middle, high)
-    for i in range(low, middle):
-        spare[i] = order[i]
-    i = low
-    j = middle
-    k = low
-    while i < middle and j < high:
-        point = spare[i]
-        other = order[j]
-        if x[other] < x[point] or (x[other] == x[point] and y[other] < y[point]):
-            order[k] = other
-            j += 1
-        else:
-            order[k] = point
-            i += 1
-        k += 1
-    while i < middle:
-        order[k] = spare[i]
-        i += 1
-        k += 1
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
 def _take_distinct(
-    given_x: cython.double[::1], given_y: cython.double[::1], order: cython.int[::1],
-    place: cython.int[::1], x: cython.double[::1], y: cython.double[::1],
+    given: cython.double[:, ::1], order: cython.int[::1], place: cython.int[::1],
+    x: cython.double[::1], y: cython.double[::1],
 ) -> cython.Py_ssize_t:  # fmt: skip
     """Write the distinct points in order, the first of those that coincide; return their number.
 
@@ -177,12 +89,12 @@ def _take_distinct(
     count = 0
     for i in range(order.shape[0]):
         point = order[i]
-        if count > 0 and given_x[point] == x[count - 1] and given_y[point] == y[count - 1]:
+        if count > 0 and given[point, 0] == x[count - 1] and given[point, 1] == y[count - 1]:
             place[point] = -1 - order[count - 1]
         else:
             place[point] = count
             order[count] = point
-            x[count], y[count] = given_x[point], given_y[point]
+            x[count], y[count] = given[point, 0], given[point, 1]
             count += 1
     return count
 

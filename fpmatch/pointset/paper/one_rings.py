@@ -120,11 +120,11 @@ class PreparedPoints:
         return len(self.points)
 
 
-def prepare_points(points: ArrayLike) -> PreparedPoints:
+def prepare_points(points: ArrayLike, name: str = "points") -> PreparedPoints:
     """Triangulate a set of finite points (N, 2) and map its one-rings to the unit circle."""
-    given = as_points(points)
+    given = as_points(points, name)
     n = len(given)
-    frame = frame_of(given)
+    frame = frame_of(given, name)
     mesh = triangulate(frame.apply(given))
     unit = np.array(mesh.points.T, order="C")
     grid = sort_into_cells(unit, 1.0 / max(1, math.isqrt(n)), low=(0.0, 0.0), high=(1.0, 1.0))

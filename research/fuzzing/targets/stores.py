@@ -23,6 +23,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.search import Search
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.search.search import ListedAs
     from fpmatch.templates.minutiae import Template
 
 PRINTS = ("101_1", "101_2", "102_1", "103_1")
@@ -85,7 +85,10 @@ def gallery_file(*, encrypt: bool = False) -> Path:
 @cache
 def _made_gallery(encrypt: bool) -> Path:
     # always the same key: a finding is replayed with it
-    os.environ |= {KEY_VARIABLE: "env:FUZZING_KEY", "FUZZING_KEY": Key(bytes(range(32))).as_line()}
+    keys = scratch() / "keys.txt"
+    keys.touch(0o600)
+    keys.write_text(Key(bytes(range(32))).as_line())
+    os.environ[KEY_VARIABLE] = f"file:{keys}"
     path = scratch() / ("sealed" if encrypt else "made") / "prints.db"
     path.parent.mkdir()
     new = [_entry(name, template) for name, template in templates().items() if name != PROBE]
@@ -102,17 +105,18 @@ def _made_gallery(encrypt: bool) -> Path:
 def _entry(name: str, template: Template) -> NewEntry:
     subject, _, impression = name.partition("_")
     digest = hashlib.sha256(name.encode()).digest()
-    return NewEntry(Label(subject, "", impression), f"{name}.tif", digest, template)
+    return new_entry(Label(subject, "", impression), f"{name}.tif", digest, template)
 
 
 def candidates(
-    gallery: Gallery, *, indexed: bool = False, listed: ListedAs = "fingers"
+    gallery: Gallery, *, indexed: bool = False
 ) -> tuple[list[tuple[Any, ...]], list[str]]:
     """Return the candidates of the probe in a gallery, as a search states them, and notes."""
     notes: list[str] = []
-    with patch.object(type(gallery), "has_over", lambda *_: indexed):
-        search = Search.open(gallery, engine=serial(), note=notes.append)
-    found = identify(search, templates()[PROBE], count=10, listed=listed)
+    most = 0 if indexed else len(gallery)
+    with patch("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", most):
+        search = Search(gallery, engine=serial(), note=notes.append)
+    found = identify(search, templates()[PROBE], count=10)
     notes += [f"entry {number}: {why}" for number, why in gallery.damaged.items()]
     return [
         (str(entry.label), entry.source, one.number, one.similarity, one.score, one.impressions)
@@ -128,8 +132,10 @@ def _gallery(kept: Kept, *, encrypt: bool = False) -> Reader:
     shutil.copyfile(made, place)
     with open_gallery(place) as gallery:
         expected, _ = search(gallery)
-        ways = [candidates(gallery, indexed=k, listed="impressions")[0] for k in (False, True)]
-        single = {(one[0], one[3]) for way in ways for one in way}
+        single = {
+            (str(gallery.entry(number).label), _compare(template))
+            for number, template in gallery.templates()
+        }
     beside = place.with_name("prints.db.prepared")
     files = {one.name: one.read_bytes() for one in beside.iterdir()} if kept else {}
 
@@ -158,13 +164,14 @@ def _gallery(kept: Kept, *, encrypt: bool = False) -> Reader:
     return Reader([made.read_bytes()], read)
 
 
-def _compare(template: Template) -> None:
-    """Prepare a template and compare it with a good one, both ways."""
+def _compare(template: Template) -> float:
+    """Return the similarity of a template and a good one, which are compared both ways."""
     matcher = get_matcher("unit-circle")
     one, other = matcher.prepare(template), matcher.prepare(templates()[PROBE])
     found = [matcher.compare(*pair).similarity for pair in ((one, other), (other, one))]
     if not np.isfinite(found).all():
         raise AssertionError(f"similarities {found}")
+    return found[1]
 
 
 def _packed() -> Reader:

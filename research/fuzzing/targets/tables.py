@@ -9,13 +9,14 @@ import numpy as np
 
 from fpmatch.gallery.batch.plan import iterate_pairs
 from fpmatch.gallery.encryption.keys import Key, load_keys
-from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
+from fpmatch.gallery.listing.manifest import kind_of, read_manifest
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
 from fpmatch.lab.evaluation.run import evaluate_scores
 from fpmatch.lab.points.points_csv import load_points
 from fpmatch.lab.synthesis.database import Plan
-from fpmatch.lab.synthesis.sensor import sensors_named
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
 from fpmatch.server.settings import load_settings
 from research.fuzzing.target import SAMPLES, Reader, Target, scratch, written
@@ -88,7 +89,7 @@ def _manifest() -> Reader:
         path = written("manifest.csv", data)
         for name in names:
             (path.parent / name).touch()
-        is_manifest(path)
+        kind_of(path)
         return [text for one in read_manifest(path) for text in (one.name, str(one.label))]
 
     more = b"path;subject;finger;impression;dpi\n101_1.tif;ada;left;1;500\n102_1.tif;bob;left;;\n"
@@ -130,7 +131,7 @@ def _dataset_info() -> Reader:
         found = read_dataset_info(written("dataset.toml", data).parent)
         return [text for text in (found.name, found.sensor) if text]
 
-    plan = Plan(1, "normal", sensors_named(["optical-388x374"]), 2)
+    plan = Plan(1, PRESETS["normal"], (SENSORS["optical-388x374"],), 2)
     return Reader([_DATASET, plan.description().encode()], read)
 
 

@@ -1,6 +1,6 @@
 """Score, be killed at a random moment, score again: is it the file of an undisturbed run?
 
-    scoring_kills.py FOLDER SUFFIX KILLS
+    scoring_kills.py FOLDER KILLS
 
 A program of its own: it has one thread, so that it can fork, and kill what it forked.
 """
@@ -44,14 +44,14 @@ def run_in_child(output):
     return child, steps
 
 
-def main(folder, suffix, kills):
+def main(folder, kills):
     rng = random.Random(7)
-    undisturbed = folder / f"undisturbed{suffix}"
+    undisturbed = folder / "undisturbed.csv"
     made = []
     run(undisturbed, lambda *step: made.append(step))
     resumed = 0
     for kill in range(kills):
-        output = folder / f"killed{kill}{suffix}"
+        output = folder / f"killed{kill}.csv"
         child, steps = run_in_child(output)
         # by its own steps, not by the clock: how fast it runs depends on what else runs
         for _ in range(rng.randrange(len(made))):
@@ -71,4 +71,4 @@ def main(folder, suffix, kills):
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]))
+    main(Path(sys.argv[1]), int(sys.argv[2]))

@@ -7,8 +7,11 @@ import numpy as np
 from fpmatch.gallery.batch.compare import ComparisonTask, PairComparer, Print
 from fpmatch.gallery.batch.plan import AllPairs, PairChunk
 from fpmatch.gallery.batch.sources import StoredTemplate, pack
+from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.result import Matcher
+
+CURVE = load_calibration("unit-circle")
 
 
 class OneByOne(Matcher):
@@ -22,8 +25,8 @@ class OneByOne(Matcher):
     def compare(self, probe, reference):
         return get_matcher("unit-circle").compare(probe, reference)
 
-    def amount(self, prepared, factor=1.0):
-        return get_matcher("unit-circle").amount(prepared, factor)
+    def amount(self, prepared):
+        return get_matcher("unit-circle").amount(prepared)
 
     def typical_similarities(self, probe, references):
         return get_matcher("unit-circle").typical_similarities(probe, references)
@@ -43,12 +46,16 @@ def test_many_at_once_are_as_one_by_one(template, rng):
     probes, references = prints(template, rng, 3), prints(template, rng, 5)
     (chunk,) = AllPairs(3, 5).chunks()
     task = ComparisonTask(chunk, probes, references)
-    found = PairComparer(get_matcher("unit-circle"), capacity=2).similarities(task)
-    assert found.tobytes() == PairComparer(OneByOne()).similarities(task).tobytes()
+    found = PairComparer(get_matcher("unit-circle"), calibration=CURVE).similarities(task)
+    assert (
+        found.tobytes() == PairComparer(OneByOne(), calibration=CURVE).similarities(task).tobytes()
+    )
     missing = (chunk.probe == 1) | (chunk.reference == 1)
     assert np.isnan(found).tolist() == [missing.tolist()] * 2
 
     order = rng.permutation(len(chunk))
     listed = PairChunk(chunk.probe[order], chunk.reference[order])
-    shuffled = PairComparer(get_matcher("unit-circle")).similarities(replace(task, pairs=listed))
+    shuffled = PairComparer(get_matcher("unit-circle"), calibration=CURVE).similarities(
+        replace(task, pairs=listed)
+    )
     assert shuffled.tobytes() == found[:, order].tobytes()

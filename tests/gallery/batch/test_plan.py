@@ -14,10 +14,11 @@ from fpmatch.gallery.batch.plan import (
     find_identical_pairs,
     iterate_pairs,
 )
+from fpmatch.gallery.batch.sources import StoredTemplate
 
 PROBES = ["a.tif", "b.tif", "b.png"]
 REFERENCES = ["x.tif", "y, z.tif"]
-NAMES = PrintNames(PROBES, Path()), PrintNames(REFERENCES, Path())
+NAMES = PrintNames(Path(), PROBES), PrintNames(Path(), REFERENCES)
 
 
 def pairs_of(chunks):
@@ -73,7 +74,7 @@ def test_spaces_separate_where_nothing_else_does(tmp_path):
         ("a,x\na\n", "line 2: expected a probe and a reference"),
         ("a,x\n\x00", "line 2: expected a probe and a reference"),
         ("a x 1\na x 2\n", "line 2, column genuine: must be 1 or 0, not '2'"),
-        (b"a,x\n\xffc,d\n", "line 2: not a CSV file in UTF-8"),
+        (b"a,x\n\xffc,d\n", "not a CSV file in UTF-8"),
         (None, "cannot be read: no such file"),
     ],
 )
@@ -104,12 +105,23 @@ def test_identity_is_that_of_the_pairs(tmp_path):
 
 
 def test_prints_are_found_by_any_path_that_ends_so(tmp_path):
-    names = PrintNames(["ada/1.png", "bob/1.png", "bob/2.png"], tmp_path / "db")
-    paths = [str(tmp_path / "db" / "ada" / "1.png"), "./2.png", "2", "ada\\1"]
-    found = [names.find(name) for name in ("bob/1.png", "db/bob/1", *paths)]
+    names = PrintNames(tmp_path, ["db/ada/1.png", "db/bob/1.png", "db/bob/2.png"])
+    paths = [
+        "bob/1.png",
+        "db/bob/1",
+        str(tmp_path / "db" / "ada" / "1.png"),
+        "./2.png",
+        "2",
+        "ada\\1",
+    ]
+    found = [names.find(name) for name in paths]
     assert found == [1, 1, 0, 2, 2, 0]
     missing = ["1.png", "1", "eve/1.png", "other/bob/1.png", "", ".", "/", "ng"]
     assert [names.find(name) for name in missing] == [None] * 8
+
+
+def stored(digests):
+    return {k: StoredTemplate(None, digest=one) for k, one in enumerate(digests)}
 
 
 _DIGESTS = st.lists(st.sampled_from([b"", b"a", b"b", b"c"]), min_size=1, max_size=12)
@@ -117,7 +129,7 @@ _DIGESTS = st.lists(st.sampled_from([b"", b"a", b"b", b"c"]), min_size=1, max_si
 
 @given(_DIGESTS, _DIGESTS, st.integers(0, 5))
 def test_identical_pairs_are_those_of_one_digest(probes, references, most):
-    sides = [{k: d for k, d in enumerate(side) if d} for side in (probes, references)]
+    sides = [stored(side) for side in (probes, references)]
     plan = AllPairs(len(probes), len(references), band=3, pairs_per_chunk=4)
     expected = [
         (i, j)
@@ -125,11 +137,13 @@ def test_identical_pairs_are_those_of_one_digest(probes, references, most):
         for j, other in enumerate(references)
         if one and one == other
     ]
-    assert find_identical_pairs(plan, *sides, most) == (len(expected), expected[:most])
+    found, first = find_identical_pairs(plan, *sides, most)
+    assert (found, len(first)) == (len(expected), min(most, len(expected)))
+    assert {*first} <= {*expected}
 
 
 def test_of_listed_pairs_those_of_the_list_are_counted(tmp_path):
     listed = write(tmp_path, 'a.tif,x.tif\nb.png,x.tif\nb.png,"y, z.tif"\n')
-    digests = {0: b"a", 1: b"a", 2: b"b"}, {0: b"a", 1: b"b"}
-    found = find_identical_pairs(ListedPairs(listed, *NAMES), *digests, 5)
+    sides = stored([b"a", b"a", b"b"]), stored([b"a", b"b"])
+    found = find_identical_pairs(ListedPairs(listed, *NAMES), *sides, 5)
     assert found == (2, [(0, 0), (2, 1)])

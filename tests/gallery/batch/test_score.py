@@ -1,7 +1,6 @@
 """`fpmatch.gallery.batch.score`: what a run writes, leaves undone, goes on with, and refuses."""
 
 import csv
-import importlib.util
 import os
 import sqlite3
 import subprocess
@@ -20,9 +19,6 @@ sys.path.insert(0, str(FOLDER))
 
 from scoring_fakes import Line, Near  # noqa: E402  (spawned workers must find it by this name)
 
-needs_pyarrow = pytest.mark.skipif(
-    importlib.util.find_spec("pyarrow") is None, reason="pyarrow (extra parquet) is not installed"
-)
 REFERENCES = Line([0.0, 10.0, 20.0, 30.0, 40.0], "reference")
 PROBES = Line([1.0, None, 39.0], "probe")
 TEN_A_UNIT = Calibration(((0.0, 0.0), (1.0, 50.0)), tail_scale=1.0)
@@ -97,30 +93,10 @@ def test_one_folder_on_both_sides_is_read_once(output):
     assert done.noted == {"it is far off": ("line: line_3", "line: line_4")}
 
 
-@needs_pyarrow
-def test_parquet_holds_the_same(output, monkeypatch):
-    from pyarrow import parquet
-
-    monkeypatch.setattr("fpmatch.gallery.batch.score_file._BLOCK_BYTES", 400)
-    run(output)
-    table = output.with_suffix(".parquet")
-    run(table)
-    found = parquet.read_table(table).to_pylist()
-    expected = rows(output)
-    assert parquet.ParquetFile(table).num_row_groups > 1
-    assert [r["probe"] for r in found] == [r["probe"] for r in expected]
-    assert [r["similarity"] for r in found] == [
-        float(r["similarity"]) if r["similarity"] else None for r in expected
-    ]
-    assert found[7]["score"] is None
-    assert found[7]["reason"] == "probe: no image, but text"
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("suffix", [".csv", pytest.param(".parquet", marks=needs_pyarrow)])
-def test_killed_at_ten_random_moments(tmp_path, suffix):
+def test_killed_at_ten_random_moments(tmp_path):
     done = subprocess.run(
-        [sys.executable, FOLDER / "scoring_kills.py", tmp_path, suffix, "10"],
+        [sys.executable, FOLDER / "scoring_kills.py", tmp_path, "10"],
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(FOLDER), *sys.path])},
         capture_output=True,
         text=True,
@@ -209,19 +185,16 @@ def test_a_full_disk_is_one_line_and_the_run_goes_on(output, monkeypatch):
 @pytest.mark.parametrize(
     ("name", "options", "error", "reason"),
     [
-        ("scores.txt", {}, OutputError, "scores are written as .csv or .parquet"),
+        ("scores.txt", {}, OutputError, "scores are written as .csv"),
         ("/dev/null/scores.csv", {}, OutputError, "cannot be written: "),
         ("folder.csv", {}, OutputError, "it is a folder"),
-        ("scores.parquet", {}, OutputError, r"pip install 'fpmatch\[parquet\]'"),
         ("a.csv", {"threshold": 30}, MatcherError, "'near' has no calibration"),
         ("a.csv", {"threshold": 101, "calibration": TEN_A_UNIT}, MatcherError, "in 0..100, not"),
         ("a.csv", {"matcher": "nobody"}, MatcherError, "unknown matcher"),
     ],
 )
-def test_what_cannot_be_scored(tmp_path, monkeypatch, name, options, error, reason):
+def test_what_cannot_be_scored(tmp_path, name, options, error, reason):
     (tmp_path / "folder.csv").mkdir()
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(error, match=reason):
         run(tmp_path / name, **options)
     assert [p.name for p in tmp_path.iterdir()] == ["folder.csv"]

@@ -19,8 +19,9 @@ from fpmatch.gallery.batch.sources import (
 )
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.gallery import Gallery
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.templates.minutiae import Minutiae, Template
 
@@ -42,7 +43,7 @@ def gallery(tmp_path, template):
     with open_gallery(path, create=True) as opened:
         opened.add(
             [
-                NewEntry(label, str(n), bytes([n]) * 32, replace(template, width=300 + n))
+                new_entry(label, str(n), bytes([n]) * 32, replace(template, width=300 + n))
                 for n, label in enumerate(
                     [Label("ada", "1", "1"), Label("bob", "", "2"), Label("bob_2")]
                 )
@@ -121,7 +122,7 @@ def test_of_a_gallery_the_entries_of_some_names(gallery, tmp_path, monkeypatch):
     assert before != GallerySource(gallery, {"ada_1_1"}).content_hash
     with open_gallery(gallery) as opened:
         label = Label("=1", "", "")
-        opened.add([NewEntry(label, "n", bytes([9]) * 32, replace(opened.template(1), width=400))])
+        opened.add([new_entry(label, "n", bytes([9]) * 32, replace(opened.template(1), width=400))])
     assert GallerySource(gallery, {r"\x3d1"}).names == GallerySource(gallery, {"=1"}).names
     assert GallerySource(gallery, {"=1"}).names == [r"\x3d1"]
 

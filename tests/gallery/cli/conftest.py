@@ -3,7 +3,8 @@
 import pytest
 
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
+from fpmatch.gallery.listing.entry import Failure, Label
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.templates.minutiae import Minutiae, Template
 from tests.conftest import gallery  # noqa: F401
 
@@ -13,7 +14,7 @@ def place(tmp_path):
     """Return a gallery of three impressions of two subjects, one of them strangely named."""
     labels = [Label("1", "", "1"), Label("1", "", "2"), Label("a/b", "thumb", "1")]
     new = [
-        NewEntry(
+        new_entry(
             label,
             f"/prints/{k}.tif",
             k.to_bytes(32, "big"),

@@ -32,26 +32,17 @@ RUN = 24  # bytes: six minutiae or so
 LIMIT_S = 60
 
 
-def representations(template):
-    """Yield the bytes of a template in each form that the package gives it."""
-    yield pack_template(template)[32:]
-    stored = unpack_template(pack_template(template))
-    for one in (template, stored):
-        minutiae = one.minutiae
-        columns = minutiae.x, minutiae.y, minutiae.angle, minutiae.xy
-        for column in columns:
-            yield from (column.astype(kind).tobytes() for kind in ["f8", "f4", "u2", "i2", "i4"])
-        yield pack(one)[200:]
-    prepared = get_matcher("unit-circle").prepare(stored)
-    yield pickle.dumps(prepared)[400:]
-
-
 def runs(template):
-    """Yield bytes from the middle of each form that are of no other print."""
-    for content in representations(template):
+    """Yield bytes from the middle of each form that the package gives a template."""
+    packed = pack_template(template)
+    stored = unpack_template(packed)
+    columns = [c for one in (template, stored) for c in (one.minutiae.x, one.minutiae.xy)]
+    arrays = (column.astype(kind) for column in columns for kind in ("f8", "f4", "u2", "i4"))
+    prepared = pickle.dumps(get_matcher("unit-circle").prepare(stored))
+    for content in (packed, pack(stored), prepared, *(array.tobytes() for array in arrays)):
         at = len(content) // 2 // 8 * 8
         run = content[at : at + RUN]
-        if len(run) == RUN and len(set(run)) > RUN // 3:
+        if len(run) == RUN and len(set(run)) > RUN // 3:  # of no other print
             yield run
 
 

@@ -68,18 +68,6 @@ def test_prints_below_the_quality_asked_for_are_refused(run, tmp_path, prints):
     assert run(*words).exit_code == 0
 
 
-def test_options_reach_the_work(run, tmp_path, folder):
-    place = tmp_path / "prints.db"
-    pattern = r"(?P<finger>[a-z]+)/(?P<subject>\d+)_\d+"
-    result = run(
-        "enrol", place, folder / "1_1.png", "--pattern", pattern, "--dpi", 450, "--workers", 1
-    )
-    assert (result.exit_code, result.stderr) == (0, "")
-    with open_gallery(place) as gallery:
-        (entry,) = gallery.entries()
-    assert (str(entry.label), entry.dpi) == ("1_folder", 450.0)
-
-
 def test_two_prints_in_one_are_named_and_refused_if_strict(run, prints, tmp_path):
     folder = copied(prints, tmp_path / "folder", "1_1.png")
     sides = [np.asarray(Image.open(prints / name)) for name in ("1_1.png", "2_1.png")]

@@ -4,7 +4,8 @@ import pytest
 
 from fpmatch.formats.files import load_record, load_template
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.templates.minutiae import Minutiae, Template
 from tests.conftest import assert_refused
 
@@ -29,7 +30,7 @@ def test_export(run, place, tmp_path):
 def test_export_does_not_mix_up_names(run, place, tmp_path):
     with open_gallery(place) as gallery:
         template = Template(Minutiae([1], [1], [0]), 300, 300)
-        gallery.add([NewEntry(Label("A/B_thumb_1"), "x", b"x" * 32, template)])
+        gallery.add([new_entry(Label("A/B_thumb_1"), "x", b"x" * 32, template)])
     result = run("extract", "--gallery", place, "-o", tmp_path / "out")
     assert_refused(result, "entries 3 and 4 would both be written as A%2FB_thumb_1")
     assert not (tmp_path / "out").exists()

@@ -8,10 +8,8 @@ def test_the_summary_of_a_list(run, place):
     assert lines[0] == str(place)
     document = json.loads(run("gallery", "list", place, "--summary", "--json").stdout)
     assert document.pop("gallery") == str(place)
-    assert [line.split()[0] for line in lines[1:]] == [key.split("_")[0] for key in document]
-    assert "  dpi             2 at 500 dpi, 1 at 569 dpi" in lines
-    assert document["impressions"] == 3
-    assert document["dpi"] == [{"dpi": 500.0, "impressions": 2}, {"dpi": 569.0, "impressions": 1}]
+    assert [line.split()[0] for line in lines[1:]] == [*document]
+    assert document == {"version": 3, "impressions": 3, "subjects": 2, "failures": 1, "keys": []}
 
 
 def test_list(run, place):
@@ -46,10 +44,7 @@ def test_remove(run, place):
 def test_check_tells_which_fingers_disagree(run, place):
     result = run("gallery", "check", place)
     assert (result.exit_code, result.stderr) == (1, "")
-    head, pair, total = result.stdout.splitlines()
-    assert head == "1: groups of 1, 1 impressions do not match each other"
-    assert pair == "  entry 2 does not match entry 1, score 0.0"
-    assert total == "1 finger with several impressions checked, 1 doubtful"
+    assert "  entry 2 does not match entry 1, score 0.0" in result.stdout
     (found,) = json.loads(run("gallery", "check", place, "--json").stdout)
     assert (found["subject"], found["consistent"], found["groups"]) == ("1", False, [[1], [2]])
     other = run("gallery", "check", place, "--subject", "a/b")

@@ -38,7 +38,7 @@ def test_no_secret_is_printed(run):
 
 def test_what_cannot_be_done_is_one_line(run):
     run("key", "k", "--new")
-    for words in (["k", "--new"], ["env:K", "--new"], ["/dev/null/k", "--new"], ["none"]):
+    for words in (["k", "--new"], ["/dev/null/k", "--new"], ["none"]):
         result = run("key", *words)
         assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
         assert result.stderr.startswith("fpmatch: error: ")
@@ -50,5 +50,5 @@ def test_what_is_no_source_is_refused_without_repeating_it(run):
     for text in ("k", "QUJD", "file:", "x:y"):
         result = run("gallery", "list", "g.db", "--key", text)
         assert result.exit_code == 2
-        assert "expected file:PATH or env:NAME" in result.stderr
+        assert "expected file:PATH" in result.stderr
         assert "QUJD" not in result.stderr

@@ -8,53 +8,34 @@ import pytest
 
 from fpmatch.cli.progress import ProgressBars
 from tests.conftest import copied
-from tests.gallery.conftest import kill_one, start_cluster
+from tests.gallery.conftest import kill_one
 
 pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
-pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def cluster():
-    with start_cluster() as started:
-        yield started.scheduler_address
-
-
-@pytest.fixture
-def killing(cluster, monkeypatch):
-    """Kill a worker when two prints are done; return the list of those alive."""
-    kill, alive = kill_one(cluster, lambda stage, done, total: done >= 2)
-    monkeypatch.setattr(ProgressBars, "show", lambda self, *step: kill(*step))
-    return alive
-
-
-@pytest.fixture
-def folder(prints, tmp_path):
-    """Return a folder of prints under many names, each file different, and one that is broken."""
-    folder = copied(prints, tmp_path / "scans", empty="empty.png")
-    for k in range(6):
-        data = (prints / ("1_1.png", "2_1.png")[k % 2]).read_bytes() + bytes([k])
-        (folder / f"{k % 2}_{k}.png").write_bytes(data)
-    (folder / "empty.png").rename(folder / "0_9.png")
-    return folder
 
 
 def entries(place):
+    statement = "SELECT * FROM fpmatch_entry ORDER BY subject, impression"
     with closing(sqlite3.connect(place)) as database:
-        return database.execute(
-            "SELECT * FROM fpmatch_entry ORDER BY subject, impression"
-        ).fetchall()
+        return database.execute(statement).fetchall()
 
 
-def test_enrolled_on_a_cluster_a_gallery_is_the_same(run, folder, tmp_path, cluster, killing):
-    places = tmp_path / "near.db", tmp_path / "far.db"
-    results = [
-        run("enrol", place, folder, "--json", *words)
-        for place, words in zip(places, (("--workers", 1), ("--scheduler", cluster)), strict=True)
-    ]
-    near, far = (json.loads(result.stdout) for result in results)
-    assert [result.exit_code for result in results] == [1, 1]
-    assert len(killing) == 1
-    assert (near["enrolled"], near["failures"]) == (far["enrolled"], far["failures"])
-    assert far["enrolled"] == 6
-    assert entries(places[0]) == entries(places[1])
+@pytest.mark.slow
+def test_enrolled_on_a_cluster_a_gallery_is_the_same(
+    run, prints, tmp_path, local_cluster, monkeypatch
+):
+    """Of prints under many names, each file different, and one that is broken."""
+    folder = copied(prints, tmp_path / "scans", _0_9="empty.png")
+    for k in range(6):
+        data = (prints / ("1_1.png", "2_1.png")[k % 2]).read_bytes() + bytes([k])
+        (folder / f"{k % 2}_{k}.png").write_bytes(data)
+    address = local_cluster.scheduler_address
+    kill, alive = kill_one(address, lambda stage, done, total: done >= 2)
+    monkeypatch.setattr(ProgressBars, "show", lambda self, *step: kill(*step))
+    found = []
+    for name, words in (("far", ("--scheduler", address)), ("near", ("--workers", 1))):
+        result = run("enrol", tmp_path / name, folder, "--json", *words)
+        document = json.loads(result.stdout)
+        outcome = result.exit_code, document["enrolled"], document["failures"]
+        found.append((*outcome, entries(tmp_path / name)))
+    assert (len(alive), found[0][:2]) == (1, (1, 6))
+    assert found[0] == found[1]

@@ -6,8 +6,8 @@ import shutil
 import pytest
 from PIL import Image, ImageOps
 
-from fpmatch.gallery.batch import score as scoring
 from fpmatch.image.quality.polarity import INVERTED
+from fpmatch.prints.reading import ASSUMED_DPI
 from tests.conftest import copied, rows_of
 
 SAME = "fpmatch: note: 2 pairs of identical prints: 1_1.png with 1_1.png; 1_2.png with 1_2.png\n"
@@ -52,7 +52,7 @@ def test_failures_are_rows_lines_and_status_1(score, prints, pair, tmp_path):
     assert rows[3]["reason"].count("not an image of a known format") == 2
     note, identical, *failed = result.stderr.splitlines()
     assert note.startswith("fpmatch: note: ")
-    assert "untagged.tif: 500 dpi assumed" in note
+    assert f"untagged.tif: {ASSUMED_DPI}" in note
     assert identical == "fpmatch: note: 1 pair of identical prints: 1_1.png with untagged.tif"
     assert [line.split(": ")[3] for line in failed] == ["text.png", "truncated.png"]
     document = json.loads(result.stdout)
@@ -82,16 +82,6 @@ def test_a_calibration_of_one_s_own(score, tmp_path):
     assert all(0 < float(row["score"]) < 17 for row in rows_of(output))
 
 
-def test_interrupted_it_says_how_to_go_on(score, monkeypatch):
-    def interrupted(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(scoring, "score", interrupted)
-    result = score()
-    assert result.exit_code == 130
-    assert result.stderr == "fpmatch: note: the same command resumes the run\n"
-
-
 def test_identical_prints_are_found_in_images_and_a_gallery(run, prints, gallery, tmp_path):
     folder = copied(prints, tmp_path / "probes", "2_1.png")
     Image.open(prints / "1_1.png").save(folder / "copy.bmp", dpi=(500, 500))
@@ -104,18 +94,6 @@ def test_identical_prints_are_found_in_images_and_a_gallery(run, prints, gallery
     listed = tmp_path / "list.csv"
     listed.write_text("probe,reference\n2_1,1_1\n2_1,1_2\n")
     assert json.loads(run(*words, "--pairs", listed, "--json").stdout)["identical"]["pairs"] == 0
-
-
-def test_missing_folders_of_its_files_are_made(run, prints, tmp_path):
-    new, few = tmp_path / "new", copied(prints, tmp_path / "few", "1_1.png", "2_1.png")
-    words = ("--references", few, "--probes", few, "--workers", 1)
-    assert run("enrol", tmp_path / "g.db", few).exit_code == 0
-    assert run("score", *words, "-o", new / "a/s.csv").exit_code == 0
-    for name in ("c/c.csv", "d/c.jsonl"):
-        searched = ("identify", tmp_path / "g.db", "--probes", few, "--workers", 1)
-        assert run(*searched, "-o", new / name).exit_code == 0
-    written = {path.relative_to(new).as_posix() for path in new.rglob("*") if path.is_file()}
-    assert written == {"a/s.csv", "c/c.csv", "d/c.jsonl"}
 
 
 def test_a_finished_run_is_not_done_again(score, run, gallery, pair, tmp_path):

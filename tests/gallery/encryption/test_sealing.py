@@ -71,13 +71,6 @@ def test_other_bytes_are_no_record(data):
             unseal(RING, start + data, **ABOUT)
 
 
-def test_a_missing_key_is_named():
-    record = seal(KEY, b"a template", **ABOUT)
-    with pytest.raises(EncryptionError, match=KEY.id) as caught:
-        unseal(KeyRing([OTHER]), record, **ABOUT)
-    assert caught.value.code == "missing key"
-
-
 def test_the_core_says_that_it_does_not_open_a_sealed_record():
     with pytest.raises(ImageReadError, match="a sealed template: only galleries"):
         decode_print(seal(Key(bytes(32)), b"{}", purpose=b"template"), "it")

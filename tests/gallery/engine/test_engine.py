@@ -18,7 +18,7 @@ import pytest
 
 from fpmatch.errors import EngineError, ImageError
 from fpmatch.gallery.engine import executors
-from fpmatch.gallery.engine.engine import CHUNKS_IN_FLIGHT, make_engine, processes, serial
+from fpmatch.gallery.engine.engine import CHUNKS_IN_FLIGHT, make_engine, serial
 from fpmatch.gallery.engine.workers import attempt_each
 from tests.gallery.engine.conftest import ENVIRONMENT
 
@@ -44,11 +44,6 @@ def test_a_worker_keeps_its_copy_of_what_is_shared(engine):
     assert 1 <= len(seen) <= 2
 
 
-def test_a_worker_without_the_task_is_sent_it_again(engine, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.engine.engine.CHUNKS_IN_FLIGHT", 0.5)  # sent once
-    assert list(engine.map(chunk_work.add, 1, range(20))) == list(range(1, 21))
-
-
 def test_an_error_of_the_work_comes_through(engine):
     with pytest.raises(ImageError, match="too small"):
         list(engine.map(chunk_work.fail, ImageError("too small"), range(3)))
@@ -72,7 +67,7 @@ def test_an_item_that_is_refused_stops_nothing_and_other_errors_come_through(eng
 
 
 def test_after_a_dead_process_a_held_engine_works_again(tmp_path):
-    with processes(2) as engine:
+    with make_engine(2) as engine:
         with pytest.raises(
             EngineError, match=r"a worker process ended .* \(at .*print 3"
         ) as raised:
@@ -93,9 +88,9 @@ SLEEPS = """
 import signal
 from pathlib import Path
 import chunk_work
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 signal.signal(signal.SIGINT, signal.default_int_handler)
-with processes(2) as engine:
+with make_engine(2) as engine:
     list(engine.map(chunk_work.sleep_long, Path({folder!r}), range(2)))
 """
 
@@ -172,7 +167,7 @@ def _process(shared, chunk):
 
 def test_what_cannot_be_sent_is_one_line():
     with pytest.raises(EngineError, match="cannot be sent to other processes"):
-        list(processes(2).map(chunk_work.add, lambda: 1, [1]))
+        list(make_engine(2).map(chunk_work.add, lambda: 1, [1]))
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
@@ -182,7 +177,7 @@ def test_an_interrupt_while_processes_start_is_not_lost(monkeypatch):
     interrupt = partial(os.kill, os.getpid(), signal.SIGINT)
     monkeypatch.setattr(executors.SpawnProcess, "start", lambda one: interrupt() or start(one))
     monkeypatch.setitem(os.environ, "PYTHONSAFEPATH", "")
-    with pytest.raises(KeyboardInterrupt), processes(2):
+    with pytest.raises(KeyboardInterrupt), make_engine(2):
         pass
     assert signal.getsignal(signal.SIGINT) is before
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])

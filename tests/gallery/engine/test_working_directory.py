@@ -8,10 +8,10 @@ import pytest
 
 MODULES = ["numpy", "cv2", "signal", "selectors", "threadpoolctl", "fpmatch", "anyio"]
 PROGRAM = """
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 
 print("started")
-with processes(2) as engine:
+with make_engine(2) as engine:
     print(sum(engine.map(max, 0, range(5))))
 """
 
@@ -53,7 +53,7 @@ def test_workers_of_a_program_import_neither_its_directory_nor_the_program(hosti
 
 
 OWN_MATCHER = """
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 
 class Counter:
     def compare(self, probe, reference):
@@ -62,7 +62,7 @@ class Counter:
 def similarity_to_itself(matcher, prepared):
     return matcher.compare(prepared, prepared)
 
-with processes(2) as engine:
+with make_engine(2) as engine:
     print(sum(engine.map(similarity_to_itself, Counter(), range(5))))
 """
 

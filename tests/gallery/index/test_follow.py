@@ -288,7 +288,7 @@ def test_an_install_without_kernels_erases_a_print_and_keeps_the_index(gallery):
         *("import sys, importlib.util as u", "find = u.find_spec"),
         "u.find_spec = lambda name, *a: None if name.endswith('_kernel') else find(name, *a)",
         "from fpmatch.gallery.gallery import open_gallery",
-        "from fpmatch.matching.compiled import COMPILED",
+        "from fpmatch.matching.constants import COMPILED",
         "assert not COMPILED",
         "open_gallery(sys.argv[1]).remove([2])",
         "assert not [k for k in sys.modules if k.startswith('fpmatch.gallery.index._')]",

@@ -36,13 +36,6 @@ def test_a_folder_is_a_finger_or_a_subject_of_fingers(people):
     }
 
 
-def test_prints_in_the_folder_itself_are_taken_unless_it_is_certain(people):
-    root = people("1_1.png", "truth/1.png")
-    assert [file.name for file in find_prints([root])] == ["1_1.png"]
-    with pytest.raises(DatasetError, match=r"1_1\.png: the prints must all be in folders"):
-        find_prints([root], by_folder=True)
-
-
 @pytest.mark.parametrize("extra", ["ada/left/deep/1.png", "bob/1.png"])
 def test_other_depths_are_refused(people, extra):
     root = people("ada/left/1.png", "bob/left/1.png", extra)
@@ -54,7 +47,6 @@ def test_folders_of_databases_are_no_fingers(people):
     root = people("db1/101_1.png", "db1/102_1.png", "db2/101_1.png")
     with pytest.raises(DatasetError, match="db1: prints of several fingers by their names FFF_M"):
         find_prints([root])
-    assert len(find_prints([root], by_folder=True)) == 3
     root = people("db1/102_1.png")
     (root / "db1" / "102_1.png").unlink()
     assert labels_of(find_prints([root])) == {
@@ -88,7 +80,7 @@ def test_links_that_lead_back_are_not_followed(people):
 
 def test_a_folder_of_empty_folders_has_no_prints(people):
     root = people("ada/notes.txt")
-    for options in ({}, {"by_folder": True}, {"pattern": NamePattern()}):
+    for options in ({}, {"pattern": NamePattern()}):
         with pytest.raises(ImageReadError, match="the folder contains no images and no templates"):
             find_prints([root], **options)
 

@@ -6,7 +6,7 @@ from PIL import Image
 
 from fpmatch.errors import DatasetError, ImageError, ImageReadError, ResolutionError, TemplateError
 from fpmatch.formats.files import load_template, save_template
-from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.gallery.listing.entry import PrintFile
 from fpmatch.gallery.listing.prints import extract_print, find_prints
 from fpmatch.templates.minutiae import Minutiae
 

@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 
 from fpmatch.gallery.listing.two_prints import (
     count_areas,
-    minutiae_across,
-    neck_and_break,
     why_two_prints,
 )
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
@@ -52,11 +50,6 @@ def test_each_sign_is_named():
     assert "the ridges break off along a line" in signs(m, replace(one, orientation=turned))
     across = Minutiae(m.x, m.y, np.mod(m.angle + np.pi / 2, 2 * np.pi))
     assert signs(across, one) == "minutiae lie across the ridges"
-    rng = np.random.default_rng(1)
-    anywhere = Minutiae(m.x, m.y, rng.uniform(0, 6, len(m)))
-    assert signs(anywhere) == "neighbouring minutiae have contrary directions"
-    groups = Minutiae(np.where(m.x < 190, m.x, m.x + 200), m.y, m.angle)
-    assert signs(groups) == "the minutiae form two groups"
 
 
 def test_the_prints_of_a_card_are_counted_at_any_resolution():
@@ -66,23 +59,6 @@ def test_the_prints_of_a_card_are_counted_at_any_resolution():
     card = RidgeField(16.0, np.mod(0.1 * (column % 13), np.pi), mask)
     assert count_areas(card, 500.0) == count_areas(replace(card, step=32.0), 1000.0) == 6
     assert count_areas(replace(card, mask=mask & (column < 16)), 500.0) == 2
-
-
-def test_a_seam_is_where_ridges_turn_at_once():
-    one = arch()
-    assert neck_and_break(one)[1] < 0.1
-    half = np.where(np.indices((24, 24))[1] < 12, one.orientation, arch(turn=1.0).orientation)
-    assert neck_and_break(replace(one, orientation=half))[1] > 0.6
-    empty = one.mask & (np.indices((24, 24))[0] != 12)
-    assert neck_and_break(replace(one, mask=empty))[0] == 0
-    assert neck_and_break(one)[0] > 1
-
-
-def test_minutiae_across_the_ridges_are_counted():
-    x, y = np.full(10, 200.0), np.linspace(50, 300, 10)
-    along = float(arch().orientation[0, 12])
-    turned = np.array([0.0] * 6 + [np.pi / 2] * 4) + along
-    assert minutiae_across(Minutiae(x, y, np.mod(turned, 2 * np.pi)), arch())[0] == 4
 
 
 def test_a_field_of_very_many_cells_takes_bounded_work():

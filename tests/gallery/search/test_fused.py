@@ -42,7 +42,7 @@ def people(gallery):
 
 
 def found_in(gallery, *places, **options):
-    search = Search.open(gallery, FAKE)
+    search = Search(gallery, FAKE)
     probes = [template_at(x) for x in places]
     return identify_fused(search, probes, calibration=TEN_PER_TEN, **options)
 
@@ -96,7 +96,7 @@ def test_count_and_threshold_are_of_subjects(people):
 
 
 def test_damaged_and_removed_entries_are_no_candidates(people):
-    search = Search.open(people, FAKE)
+    search = Search(people, FAKE)
     people.remove([1])
     probes = [template_at(20), template_at(60)]
     people.damaged.update({5: "damaged", 6: "damaged"})
@@ -130,7 +130,7 @@ def test_agrees_with_comparing_one_by_one(gallery, enrolled):
     gallery.remove([entry.id for entry in gallery.entries()])
     labels = [Label(str(k), finger) for k in range(len(enrolled)) for finger in "ab"]
     gallery.add(entries_of(*(template_at(x) for pair in enrolled for x in pair), labels=labels))
-    search = Search.open(gallery, FAKE)
+    search = Search(gallery, FAKE)
     options = {"positions": ["a", "b"], "calibration": TEN_PER_TEN}
     probes = [template_at(30), template_at(70)]
     found = identify_fused(search, probes, **options)

@@ -35,7 +35,7 @@ def fill(gallery):
 
     def made(*numbers, **options):
         gallery.add(entries_of(*map(template_at, numbers), **options))
-        return Search.open(gallery, FAKE)
+        return Search(gallery, FAKE)
 
     return made
 
@@ -70,7 +70,7 @@ def test_a_subject_is_a_candidate_once_by_its_best_finger(gallery):
         for entry, label in zip(entries_of(*templates), labels, strict=True)
     ]
     gallery.add(entries)
-    search = Search.open(gallery, FAKE)
+    search = Search(gallery, FAKE)
 
     def found(**options):
         return numbers_of(identify_at(search, 50, **options))
@@ -78,7 +78,6 @@ def test_a_subject_is_a_candidate_once_by_its_best_finger(gallery):
     assert found(listed="subjects") == [4, 3]
     assert found(listed="subjects", count=1) == [4]
     assert found() == [4, 3, 1]
-    assert found(listed="impressions") == [4, 2, 3, 1]
     once, each = (identify_at(search, 50, **o).candidates for o in ({"listed": "subjects"}, {}))
     assert once == each[:2]
 
@@ -103,12 +102,12 @@ def test_what_is_out_of_range_is_refused(fill, wrong):
 def test_unknown_matchers_are_refused(gallery):
     gallery.add(entries_of(template_at(1)))
     with pytest.raises(MatcherError, match="unknown matcher"):
-        Search.open(gallery, "nobody")
+        Search(gallery, "nobody")
 
 
 def test_scores_are_those_of_verify_on_the_enrolled_templates(gallery, template):
     gallery.add(entries_of(template))
-    result = identify(Search.open(gallery), template, transforms=True)
+    result = identify(Search(gallery), template, transforms=True)
     expected = verify(template, gallery.template(1))
     (candidate,) = result.candidates
     assert (candidate.score, candidate.fmr) == (expected.score, expected.fmr)
@@ -120,7 +119,7 @@ def test_scores_are_those_of_verify_on_the_enrolled_templates(gallery, template)
 def search(gallery):
     """Return a search of 12 prints, whose numbers are those of their seeds."""
     gallery.add(entries_of(*map(scattered, range(1, 13))))
-    return Search.open(gallery, engine=serial())
+    return Search(gallery, engine=serial())
 
 
 def test_chance_is_measured_by_the_fifth_best_of_the_others():
@@ -180,11 +179,3 @@ def test_a_finger_comes_once_by_the_score_of_its_impressions(fingers):
     assert finger.score == pytest.approx(fused_score([58.0, 100.0, 97.0]))
     assert (finger.similarity, finger.impression_score) == (100.0, 100.0)
     assert finger.expected_false == pytest.approx(3 * finger.fmr)
-
-
-def test_impressions_can_be_listed_by_themselves(fingers):
-    found = identify_at(fingers, 52, listed="impressions")
-    assert numbers_of(found) == [3, 2, 5, 4, 1]
-    assert [c.score for c in found.candidates] == [100.0, 98.0, 97.0, 62.0, 58.0]
-    assert found.candidates[0].expected_false == pytest.approx(5e-10)
-    assert numbers_of(identify_at(fingers, 52, count=2)) == [2, 3]

@@ -11,6 +11,7 @@ from fpmatch.gallery.search import search as search_module
 from fpmatch.gallery.search import shortlist as module
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.search import Search
+from fpmatch.matching.verify import verify
 
 SIZE = 40
 
@@ -46,7 +47,7 @@ def large(gallery):
 
 
 def opened(gallery, **options):
-    return Search.open(gallery, engine=serial(), note=pytest.fail, **options)
+    return Search(gallery, engine=serial(), note=pytest.fail, **options)
 
 
 def best(search, number):
@@ -87,16 +88,14 @@ def test_a_search_changes_with_the_size_of_its_gallery(large):
     assert (result.effort, result.entries[0].source) == (1, new_entry(55).source)
 
 
-def test_all_impressions_of_a_finger_that_ranks_first_are_compared(gallery, monkeypatch):
+def test_all_impressions_of_a_finger_that_ranks_first_are_compared(gallery):
     """Those that are not similar to the probe, too."""
     gallery.add([new_entry(k, k // 4) for k in range(SIZE)])
     result = identify(opened(gallery), print_of(9), count=1)
     (candidate,) = result.candidates
     assert (candidate.number, candidate.impressions, result.fingers) == (10, 4, 10)
-    monkeypatch.setattr(search_module, "EXHAUSTIVE_UP_TO", SIZE)
-    alone = identify(opened(gallery), print_of(9), count=SIZE, listed="impressions").candidates
-    scores = {one.number: one.score for one in alone}
-    assert candidate.score == pytest.approx(fused_score([scores[k] for k in (9, 10, 11, 12)]))
+    alone = [verify(print_of(9), gallery.template(k)).score for k in (9, 10, 11, 12)]
+    assert candidate.score == pytest.approx(fused_score(alone))
 
 
 def test_candidates_do_not_depend_on_the_segments(large, monkeypatch):

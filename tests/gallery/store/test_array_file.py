@@ -48,8 +48,7 @@ def small(tmp_path):
 
 
 @pytest.mark.parametrize("sizes", [(0, 0), (1, 0), (0, 1), (8, 64), (9, 200)])
-def test_arrays_come_back_as_they_were(tmp_path, monkeypatch, sizes):
-    monkeypatch.setattr(array_file, "READ_AT_ONCE", 64)
+def test_arrays_come_back_as_they_were(tmp_path, sizes):
     given_ = arrays_of(*sizes)
     write_arrays(tmp_path / "arrays", given_, COLUMNS, ABOUT)
     found = read_arrays(tmp_path / "arrays", COLUMNS, ABOUT)
@@ -132,10 +131,3 @@ def test_what_is_no_file_or_cannot_be_read_is_refused(small, tmp_path, monkeypat
 
     monkeypatch.setattr(array_file, "crc32", fail)
     assert refusal(small) == "unreadable"
-
-
-def test_writing_replaces_the_file_and_leaves_what_was_mapped(small):
-    mapped = read_arrays(small, COLUMNS, ABOUT)
-    write_arrays(small, arrays_of(1, 0), COLUMNS, ABOUT)
-    assert mapped["start"].tolist() == arrays_of(5, 70)["start"].tolist()
-    assert len(read_arrays(small, COLUMNS, ABOUT)["start"]) == 1

@@ -12,12 +12,7 @@ from fpmatch.gallery.cli.export import export_gallery
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Failure, Label
 from fpmatch.gallery.store import audit
-from fpmatch.gallery.store.audit import (
-    acting_as,
-    check_audit,
-    events_of,
-    switch,
-)
+from fpmatch.gallery.store.audit import OPERATOR, act_as, check_audit, events_of, switch
 from fpmatch.gallery.tasks.api import identify
 from fpmatch.templates.minutiae import Minutiae, Template
 
@@ -33,19 +28,19 @@ def events(gallery):
 
 
 @pytest.fixture
-def audited(where):
+def audited(where, monkeypatch):
+    monkeypatch.setenv(OPERATOR, "ada")
     with open_gallery(where, create=True) as gallery:
         switch(gallery, on=True)
         yield gallery
 
 
 def test_changes_are_stored_with_their_events(audited):
-    with acting_as("ada"):
-        audited.add([entry("101"), entry("101", "2")], [Failure("/pictures/bad.png", "blank")])
-        audited.remove([1])
-        audited.clear_failures()
+    audited.add([entry("101"), entry("101", "2")], [Failure("/pictures/bad.png", "blank")])
+    audited.remove([1])
+    audited.clear_failures()
     _, enrolled, removed, cleared = events(audited)
-    assert [event["client"] for event in (enrolled, removed, cleared)] == ["ada"] * 3
+    assert all(event["client"].startswith("ada (") for event in (enrolled, removed, cleared))
     assert (enrolled["action"], enrolled["failed"]) == ("enrol", 1)
     assert enrolled["entries"] == [
         {
@@ -98,10 +93,9 @@ def change(gallery, *statements):
     ],
 )
 def test_a_change_is_found(audited, statement, code):
-    with acting_as("ada"):
-        audited.add([entry("101")])
-        audited.add([entry("102")])
-        audited.remove([1])
+    audited.add([entry("101")])
+    audited.add([entry("102")])
+    audited.remove([1])
     change(audited, statement)
     error = refused(check_audit, audited, code=code)
     assert error.path == audited.name
@@ -171,12 +165,12 @@ def test_what_cannot_be_stored_is_not_done(audited, where, monkeypatch, tmp_path
 
 def test_several_programs_share_one_chain(audited, where):
     def enrol(name):
-        with open_gallery(where) as own, acting_as(name):
+        with open_gallery(where) as own:
             for k in range(5):
                 own.add([entry(name, str(k))])
                 own.record("list", subject=name)
 
     with ThreadPoolExecutor(4) as pool:
-        list(pool.map(enrol, "abcd"))
+        list(pool.map(lambda name: act_as(name, enrol, name), "abcd"))
     assert check_audit(audited)[0] == 41
     assert len(audited) == 20

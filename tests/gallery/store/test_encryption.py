@@ -9,7 +9,6 @@ from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.search import Search
-from fpmatch.gallery.store.stored_template import pack_template
 
 PRINTS = [scattered(seed, 30) for seed in range(12)]
 pytestmark = pytest.mark.usefixtures("source")
@@ -23,7 +22,7 @@ def encrypted(tmp_path, source):
 
 def searched(path, probe=PRINTS[3]):
     with open_gallery(path) as gallery:
-        found = identify(Search.open(gallery, engine=serial()), probe, count=20)
+        found = identify(Search(gallery, engine=serial()), probe, count=20)
     return [(c.number, c.similarity, c.score) for c in found.candidates]
 
 
@@ -40,14 +39,6 @@ def test_results_are_those_of_a_plain_gallery_to_the_last_bit(encrypted, tmp_pat
         assert list(one.entries()) == list(other.entries())
 
 
-def test_on_every_database(where, source):
-    with open_gallery(where, create=True, encrypt=True) as gallery:
-        assert gallery.add(entries_of(*PRINTS[:3])) == [None] * 3
-        packed = [(k, pack_template(template)) for k, template in enumerate(PRINTS[:3], 1)]
-        assert list(gallery.packed_templates()) == packed
-        assert gallery.summarize()["keys"] == list(load_keys(source).ids)
-
-
 def test_without_the_key_one_line_names_it(encrypted, source, monkeypatch):
     key_id = load_keys(source).current.id
     monkeypatch.delenv("FPMATCH_KEY")
@@ -57,7 +48,7 @@ def test_without_the_key_one_line_names_it(encrypted, source, monkeypatch):
             lambda: gallery.entry(1),
             lambda: list(gallery.templates()),
             lambda: gallery.add([entry_of(99)]),
-            lambda: Search.open(gallery, engine=serial()),
+            lambda: Search(gallery, engine=serial()),
             gallery.check_keys,
         ):
             assert str(refused(call, code="missing key")) == (

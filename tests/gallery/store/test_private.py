@@ -9,7 +9,7 @@ from made_prints import entry_of
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.search import Search
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="rights are those of the folder there")
 
@@ -37,7 +37,7 @@ def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", 2)
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k) for k in range(3)])
-        Search.open(gallery, engine=serial())
+        Search(gallery, engine=serial())
         with gallery.changing() as connection:
             connection.exec_driver_sql("DELETE FROM fpmatch_failure")
             connection.exec_driver_sql("UPDATE fpmatch_entry SET source = 'x'")
@@ -48,19 +48,7 @@ def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
     (tmp_path / "g.db.prepared").chmod(0o600)
     with open_gallery(tmp_path / "g.db") as gallery:
         notes = []
-        Search.open(gallery, engine=serial(), note=notes.append)
+        Search(gallery, engine=serial(), note=notes.append)
     assert [note.startswith(f"the index of {tmp_path / 'g.db'} is kept in ") for note in notes]
     assert len(list((cache / "fpmatch" / "galleries").iterdir())) == 1
     assert_private(tmp_path, 7)
-
-
-def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path):
-    with open_gallery(tmp_path / "g.db", create=True):
-        pass
-    for before, after, private in ((0o644, 0o600, True), (0o664, 0o660, False)):
-        (tmp_path / "g.db").chmod(before)
-        with open_gallery(tmp_path / "g.db") as gallery:
-            assert rights(tmp_path) == {tmp_path / "g.db": before}
-            gallery.clear_failures()
-            assert gallery.private is private
-        assert rights(tmp_path) == {tmp_path / "g.db": after}

@@ -34,7 +34,7 @@ def test_a_gallery_of_version_0_2_is_whole_and_can_be_changed(tmp_path, version)
             [30, 20, 30],
         ]
         assert templates[1].field.ridges.tolist() == [[0, 1], [2, 3]]
-        assert identify(Search.open(gallery), templates[3]).candidates[0].number == 3
+        assert identify(Search(gallery), templates[3]).candidates[0].number == 3
         gallery.check_rows()
         assert gallery.damaged == {}
         assert check_audit(gallery)[0] == 3

@@ -6,10 +6,10 @@ import pytest
 from made_prints import entry_of, print_of
 
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.store.rows import pack_entry
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.gallery.tasks.consistency import check_fingers, find_unmatched
 from fpmatch.gallery.tasks.enrol import Enrolment
-from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants import COMPILED
 
 
 def entries(*prints):
@@ -44,7 +44,7 @@ def screened(gallery, new, *, strict=False):
     """Return a run that enrols new entries one by one."""
     screening = Enrolment(gallery, strict=strict)
     for entry in new:
-        screening.add([pack_entry(entry)])
+        screening.add([entry])
     return screening
 
 
@@ -54,7 +54,7 @@ def test_what_matches_nothing_of_its_finger_is_named_or_refused(gallery, togethe
     new = entries(("a", 2, 2), ("a", 3, 2), ("a", 4, 1), ("b", 1, 5), ("b", 2, 6))
     run = Enrolment(gallery, strict=True)
     if together:
-        run.add(list(map(pack_entry, new)))
+        run.add(new)
     else:
         run = screened(gallery, new, strict=True)
     assert [failure.source for failure in run.failures] == ["a_2.tif", "a_3.tif", "b_2.tif"]
@@ -74,7 +74,7 @@ def test_a_print_is_compared_with_the_last_eight_before_it_is_stored(gallery, mo
     monkeypatch.setattr(gallery, "templates", lambda of: read.extend(of) or templates(of=of))
     (new,) = entries(("a", 20, 9))
     existing = list(gallery.entries(subject="a"))
-    why = find_unmatched(gallery, new.label, new.template, existing)
+    why = find_unmatched(gallery, new.label, unpack_template(new.template), existing)
     assert why.startswith("a_20 does not match a_4 or 7 other impressions: another finger")
     assert read == list(range(4, 12))
     assert len(gallery) == 11
@@ -83,8 +83,8 @@ def test_a_print_is_compared_with_the_last_eight_before_it_is_stored(gallery, mo
 def test_a_print_with_too_little_skin_is_not_called_another_finger(gallery):
     gallery.add(entries(("a", 1, 1)))
     (new,) = entries(("a", 2, 2))
-    few = replace(new.template, minutiae=new.template.minutiae.take([0, 1]), field=None)
-    run = screened(gallery, [replace(new, template=few)])
+    few = replace(print_of(2, 2), minutiae=print_of(2, 2).minutiae.take([0, 1]))
+    run = screened(gallery, [replace(new, template=pack_template(few))])
     assert run.unmatched[0].reason.startswith("a_2 cannot be compared with a_1: 2 minutiae on ")
 
 

@@ -9,14 +9,13 @@ import time
 from pathlib import Path
 
 import pytest
-from made_prints import extractor, finger_extractor
+from made_prints import extractor
 
-from fpmatch.gallery.engine.engine import processes, serial
+from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Failure
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.gallery.tasks import enrol as enrol_module
-from fpmatch.prints.reading import ASSUMED_DPI
 
 
 def enrol(gallery, *places, dpi=None, **options):
@@ -77,29 +76,10 @@ def test_again_nothing_is_extracted_but_what_failed(gallery, folder):
     assert len(gallery.failures()) == 2
 
 
-def test_any_number_of_workers_gives_the_same_gallery(folder, tmp_path):
-    contents = []
-    for workers in (1, 2):
-        with open_gallery(tmp_path / f"{workers}.db", create=True) as gallery:
-            enrol(gallery, folder, engine=processes(workers))
-            contents.append((list(gallery.entries()), list(gallery.packed_templates())))
-    assert contents[0] == contents[1]
-
-
-def test_resolutions_may_differ_and_are_told_apart(gallery, folder):
-    one, two = folder / "1_1.tif", folder / "1_2.tif"
-    one.write_text("untagged print")
-    assert enrol(gallery, one).noted == {ASSUMED_DPI: (one,)}
-    enrol(gallery, two, dpi=569)
-    assert [entry.dpi for entry in gallery.entries()] == [500.0, 569.0]
-    (failure,) = enrol(gallery, one, dpi=569).failures
-    assert failure.reason == "enrolled already, at 500 dpi, not 569"
-
-
 RUN = """
 import sys
 import made_prints
-from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.tasks import enrol
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.prints import find_prints
@@ -107,7 +87,7 @@ enrol.PRINTS_PER_COMMIT = 8
 if __name__ == "__main__":
     with open_gallery(sys.argv[1], create=True) as gallery:
         tell = lambda stage, done, total: print(done, flush=True)
-        enrol.enrol(gallery, find_prints(sys.argv[2:]), engine=processes(1),
+        enrol.enrol(gallery, find_prints(sys.argv[2:]), engine=make_engine(1),
                     extractor=made_prints.extractor, progress=tell)
 """
 
@@ -139,27 +119,3 @@ def test_killed_at_any_moment_it_loses_nothing_and_goes_on(where, tmp_path):
             assert sum(1 for _ in gallery.templates()) == enrolled
             assert gallery.failures() == []
     assert (kills > 0, process.returncode, enrolled) == (True, 0, 60)
-
-
-def write_prints(folder, **fingers):
-    """Write files that show an impression of a finger each: a name without ``_`` and a finger."""
-    folder.mkdir()
-    for name, finger in fingers.items():
-        (folder / f"{name[1:]}.tif").write_text(f"{finger} {name[-1]}")
-    return folder
-
-
-def test_prints_that_join_other_people_are_counted_and_named(where, tmp_path):
-    first = write_prints(tmp_path / "first", _1_1=1, _1_2=1, _2_1=2, _2_2=2)
-    second = write_prints(tmp_path / "second", _1_3=11, _1_4=11, _2_3=2, _2_4=12, _3_1=3)
-    with open_gallery(where, create=True) as gallery:
-        done = enrol(gallery, first, extractor=finger_extractor)
-        assert (done.added, done.unmatched) == ({}, [])
-        done = enrol(gallery, second, extractor=finger_extractor)
-        assert (done.enrolled, done.failures, done.added) == (5, [], {"1": 2, "2": 2})
-        unmatched = [Path(one.source).name for one in done.unmatched]
-        assert unmatched == ["1_3.tif", "1_4.tif", "2_4.tif"]
-        reason = "1_3 does not match 1_1 or 1 other impressions: another finger"
-        assert done.unmatched[0].reason.startswith(reason)
-        again = enrol(gallery, second, extractor=finger_extractor)
-        assert (again.known, again.added, again.unmatched) == (5, {}, [])

@@ -86,15 +86,3 @@ def test_a_gallery_is_not_enrolled_in_itself(source, tmp_path):
     with open_gallery(source) as one, open_gallery(link) as other:
         refused(enrol_gallery, one, one, code="same gallery")
         refused(enrol_gallery, one, other, code="same gallery")
-
-
-def test_entries_that_match_nothing_of_their_finger_are_named_or_refused(source, tmp_path):
-    with open_gallery(source) as given:
-        for strict in (False, True):
-            with open_gallery(tmp_path / f"{strict}.db", create=True) as gallery:
-                gallery.add([entry_of(99, scattered(99, 30), Label("5"))])
-                gallery.add([entry_of(98, scattered(98, 30), Label("6", "", "other"))])
-                done = enrol_gallery(gallery, given, strict=strict)
-                assert done.enrolled == COUNT - 1 - strict
-                assert done.added == ({} if strict else {"6": 1})
-                assert len(done.unmatched) == 1 - strict

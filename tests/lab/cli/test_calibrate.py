@@ -1,7 +1,8 @@
 import json
 
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.matching.calibration import load_calibration
 from research.templates.making import make_templates
 
@@ -13,7 +14,7 @@ def test_scores_of_the_default_matcher_are_refused_with_the_reason_and_the_comma
         templates = make_templates(0, range(17), 3)
         gallery.add(
             [
-                NewEntry(Label(str(k // 3), impression=str(k % 3)), f"{k}", bytes([k]), template)
+                new_entry(Label(str(k // 3), impression=str(k % 3)), f"{k}", bytes([k]), template)
                 for k, template in enumerate(templates)
             ]
         )
@@ -36,4 +37,4 @@ def test_scores_of_the_default_matcher_are_refused_with_the_reason_and_the_comma
     report = json.loads(run("calibrate", scores, "-o", output, "--json").stdout)
     calibration = load_calibration("unit-circle", output)
     assert report["largest_measured_score"] == calibration.largest_measured_score
-    assert report["impostors"] == calibration.provenance.impostors
+    assert report["impostors"] == calibration.provenance["impostors"]

@@ -31,9 +31,9 @@ def test_fits_the_impostors_of_all_sets_without_failed_prints(options, make_data
     expected = fit_calibration(impostors[impostors > 0])
     assert replace(calibration, provenance=expected.provenance) == expected
     origin = calibration.provenance
-    assert (origin.sets, origin.impostors) == (("a", "b"), 2 * (720 - 36))
-    assert (origin.version, origin.command) == (fpmatch.__version__, "here")
-    assert (origin.matcher, origin.fingers) == ("fake", 20)
+    assert (origin["sets"], origin["impostors"]) == (["a", "b"], 2 * (720 - 36))
+    assert (origin["version"], origin["command"]) == (fpmatch.__version__, "here")
+    assert (origin["matcher"], origin["fingers"]) == ("fake", 20)
 
 
 def drawn(kind, n=20_000, seed=0):

@@ -126,7 +126,6 @@ def test_folders_are_fingers_where_the_database_has_no_prints_itself(tmp_path):
     assert dataset.notes == ()
     note = "each folder in it is taken for one finger (--pattern for other layouts)"
     assert load_dataset(tmp_path / "ada").notes == (note,)
-    assert load_dataset(tmp_path / "ada", by_folder=True).notes == ()
 
 
 def test_templates_of_any_format_are_a_database(tmp_path):

@@ -96,7 +96,7 @@ def test_a_subject_counts_once_with_its_highest_score(tmp_path):
         (HEAD + "1_1,1,nan\n", "line 2: score 'nan' is no finite number"),
         (HEAD + "1_1,1,\n", "line 2: score '' is no finite number"),
         (HEAD + "9_1,1,5\n", "scores: no probe's subject is enrolled"),
-        (b"\xff\xfe", "line 1: not a CSV file in UTF-8"),
+        (b"\xff\xfe", "not a CSV file in UTF-8"),
         (None, "cannot be read"),
     ],
 )

@@ -7,7 +7,8 @@ from fpmatch.errors import DatasetError
 from fpmatch.gallery.batch.sources import unpack
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.store.rows import new_entry
 from fpmatch.lab.evaluation.calibrate import gather_impostors
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource, extract_image
@@ -29,7 +30,7 @@ def test_templates_and_galleries_are_compared_as_they_are(templates, tmp_path):
         save_template(folder / f"{name}.json", template)
         save_template(mixed / f"{name}{('.iso', '.xyt', '.csv', '.ansi')[k]}", template)
         label = Label("ada", "left" if k < 2 else "right", name)
-        entries.append(NewEntry(label, f"{name}.json", bytes([k]) * 32, template))
+        entries.append(new_entry(label, f"{name}.json", bytes([k]) * 32, template))
     place = tmp_path / "prints.db"
     with open_gallery(place, create=True) as gallery:
         gallery.add(entries[::-1])

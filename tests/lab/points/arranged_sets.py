@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, Literal, get_args
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -16,33 +16,19 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-Task = Literal["copy", "part", "independent"]
-TASKS: Final[tuple[Task, ...]] = get_args(Task)
-
 SIDE: Final = 100.0
 TIGHT: Final = 0.1  # standard deviation of a cluster
 REPLACED: Final = 0.2  # share of the points of a part that have no partner
-UNIFORM: Final = "uniform"
 
 
 def _uniform(rng: np.random.Generator, n: int) -> Floats:
     return rng.uniform(0, SIDE, (n, 2))
 
 
-def _ten_clusters(rng: np.random.Generator, n: int) -> Floats:
-    return _uniform(rng, 10)[rng.integers(0, 10, n)] + rng.normal(0, TIGHT, (n, 2))
-
-
 def _one_cluster(rng: np.random.Generator, n: int) -> Floats:
     points = rng.normal(0, TIGHT / 10, (n, 2))
     few = max(4, n // 50)
     points[:few] = rng.uniform(-SIDE, SIDE, (few, 2))
-    return points
-
-
-def _two_far_clusters(rng: np.random.Generator, n: int) -> Floats:
-    points = rng.uniform(0, 1, (n, 2))
-    points[n // 2 :] += 1e6
     return points
 
 
@@ -64,40 +50,26 @@ def _power_law(rng: np.random.Generator, n: int) -> Floats:
     return _polar(np.minimum(rng.random(n) ** -2.0, 1e6), rng.uniform(0, 2 * math.pi, n))
 
 
-def _circle(rng: np.random.Generator, n: int) -> Floats:
-    return _polar(np.full(n, SIDE), rng.uniform(0, 2 * math.pi, n))
-
-
 def _polar(radius: Floats, angle: Floats) -> Floats:
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
 
 
 ARRANGEMENTS: Final[Mapping[str, Callable[[np.random.Generator, int], Floats]]] = {
-    UNIFORM: _uniform,
-    "ten clusters": _ten_clusters,
+    "uniform": _uniform,
     "one cluster": _one_cluster,
-    "two far clusters": _two_far_clusters,
     "nearly on a line": _nearly_on_a_line,
-    "lattice": _lattice,
     "many equal": _many_equal,
     "power law": _power_law,
-    "circle": _circle,
 }
 """Functions that make N points (N, 2), N at least 8, by the name of the arrangement."""
 
 
-def arranged_pair(name: str, n: int, task: Task) -> tuple[Floats, Floats, Similarity | None]:
-    """Return P, Q in another order, and the transform of P onto Q, None for independent sets."""
+def arranged_part(name: str, n: int) -> tuple[Floats, Floats, Similarity]:
+    """Return P, a copy of which some points are replaced, and the transform of P onto it."""
     rng = np.random.default_rng(0)
-    make = ARRANGEMENTS[name]
-    p = make(rng, n)
-    if task == "independent":
-        return p, make(rng, n), None
-    truth = Similarity(2.0, float(rng.uniform(-math.pi, math.pi)), 10.0, -4.0)
-    q = truth.apply(p)
-    if task == "part":
-        replaced = rng.random(n) < REPLACED
-        q[replaced] = truth.apply(make(rng, n))[replaced]
+    p, truth = ARRANGEMENTS[name](rng, n), Similarity(2.0, 2.5, 10.0, -4.0)
+    replaced = rng.random(n) < REPLACED
+    q = truth.apply(np.where(replaced[:, None], ARRANGEMENTS[name](rng, n), p))
     return p, q[rng.permutation(n)], truth
 
 
@@ -113,10 +85,6 @@ def _ruler(few: int) -> Callable[[np.random.Generator], Floats]:
     return lambda rng: np.vstack([_row(30), _beside(rng, few)])
 
 
-def _two_rows(rng: np.random.Generator) -> Floats:
-    return np.vstack([_row(12), _row(12, y=60), rng.uniform(5, 55, (2, 2)) * [3, 1]])
-
-
 def _track(rng: np.random.Generator) -> Floats:
     angle = rng.normal(0, 0.25, 60).cumsum()
     return _polar(rng.uniform(8, 12, 60), angle).cumsum(axis=0)
@@ -126,18 +94,9 @@ def _grid_with_holes(rng: np.random.Generator) -> Floats:
     return 15.0 * _lattice(rng, 64)[rng.permutation(64)[20:]]
 
 
-def _cross(rng: np.random.Generator) -> Floats:
-    bar = _row(21, -150)
-    return np.vstack([bar, bar[:, ::-1], rng.uniform(-100, 100, (5, 2))])
-
-
 def _clock(rng: np.random.Generator) -> Floats:
     ticks = _polar(np.full(60, SIDE), np.linspace(0, 2 * math.pi, 60, endpoint=False))
     return np.vstack([ticks, rng.uniform(-60, 60, (4, 2))])
-
-
-def _gauss(rng: np.random.Generator) -> Floats:
-    return rng.normal(0, 5, (200, 2))
 
 
 def _stars(rng: np.random.Generator) -> Floats:
@@ -169,10 +128,8 @@ def _one_course(rng: np.random.Generator) -> Floats:
 COPIED: Final[Mapping[str, Callable[[np.random.Generator], Floats]]] = {
     "uniform": lambda rng: _uniform(rng, 40),
     "row and 3 points": _ruler(3),
-    "two rows and 2 points": _two_rows,
     "track": _track,
     "grid with holes": _grid_with_holes,
-    "cross": _cross,
     "clock": _clock,
     "dense core": _dense_core,
     "stars": _stars,
@@ -183,14 +140,12 @@ COPIED: Final[Mapping[str, Callable[[np.random.Generator], Floats]]] = {
 
 INDEPENDENT: Final[Mapping[str, Callable[[np.random.Generator], Floats]]] = {
     "uniform": lambda rng: _uniform(rng, 60),
-    "Gaussian": _gauss,
     "grid with holes": _grid_with_holes,
     "track": _track,
     "dense core": _dense_core,
     "common row and 10 points": _ruler(10),
     "points of one course": _one_course,
     "common clock": _clock,
-    "common cross": _cross,
     "stars": _stars,
     "common grid and 6 points": _full_grid,
 }

@@ -14,20 +14,21 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from fpmatch.errors import DatasetError, ImageError, OutputError, ResolutionError
+from fpmatch.errors import DatasetError, OutputError
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.synthesis.database import DatabaseMade, Plan, check_same_plan, make_database
+from fpmatch.lab.synthesis.database import DatabaseMade, Plan, make_database
 from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.sensor import Sensor, plain_sensor, sensors_named
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
 
 SMALL = MasterParameters(shape=(96, 96))
-TINY = plain_sensor(64, 72)
-FINE = plain_sensor(128, 144, 1000)
+TINY = Sensor("64x72@500dpi", 64, 72)
+FINE = Sensor("fine", 128, 144, 1000.0)
 
 
 def make(out, **changes):
     """Make a database of two tiny fingers by two, or with other arguments."""
-    arguments = {"fingers": 2, "impressions": 2, "preset": "clean", "seed": 7}
+    arguments = {"fingers": 2, "impressions": 2, "preset": PRESETS["clean"], "seed": 7}
     arguments |= {"sensors": [TINY], "master": SMALL, "workers": 1}
     return make_database(out, **(arguments | changes))
 
@@ -100,7 +101,8 @@ import signal
 import sys
 from fpmatch.lab.synthesis import database
 from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.sensor import plain_sensor
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import Sensor
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a background job
     write, left = database._write, [int(sys.argv[2])]
@@ -114,8 +116,8 @@ if __name__ == "__main__":
         write(path, content)
     database._write = slowly
     database.make_database(
-        sys.argv[1], fingers=2, impressions=2, preset="clean", seed=7,
-        sensors=[plain_sensor(64, 72)], master=MasterParameters(shape=(96, 96)), workers=1,
+        sys.argv[1], fingers=2, impressions=2, preset=PRESETS["clean"], seed=7, workers=1,
+        sensors=[Sensor("64x72@500dpi", 64, 72)], master=MasterParameters(shape=(96, 96)),
     )
 """
 
@@ -166,12 +168,12 @@ def assert_refused(folder, reason, error, **changes):
     assert (contents(folder) if folder.is_dir() else {}) == before
 
 
-PLAN = Plan(7, "normal", sensors_named(["optical-388x374", "optical-296x560"]), 4)
+PLAN = Plan(7, PRESETS["normal"], (SENSORS["optical-388x374"], SENSORS["optical-296x560"]), 4)
 
 
 def test_folders_of_others_and_other_databases_are_left_alone(tmp_path):
     make(tmp_path, fingers=1)
-    assert_refused(tmp_path, "seed 7, not 8", DatasetError, seed=8)
+    assert_refused(tmp_path, "made otherwise", DatasetError, seed=8)
     (tmp_path / "102_1.tif").write_bytes(b"mine")
     assert_refused(tmp_path, "is in the way", DatasetError)
     (tmp_path / "dataset.toml").unlink()
@@ -180,28 +182,17 @@ def test_folders_of_others_and_other_databases_are_left_alone(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    "changes",
     [
-        ({"preset": "easy"}, "preset 'normal', not 'easy'"),
-        ({"impressions": 5}, "impressions 4, not 5"),
-        ({"sensors": PLAN.sensors[:1]}, r"'optical-296x560'\], not \['optical-3"),
-        ({"master": SMALL}, "parameters '[0-9a-f]{16}', not "),
-        ({"sensors": (replace(PLAN.sensors[0], ink=1.0), PLAN.sensors[1])}, "parameters '"),
+        {"preset": PRESETS["easy"]},
+        {"impressions": 5},
+        {"sensors": PLAN.sensors[:1]},
+        {"master": SMALL},
+        {"sensors": (replace(PLAN.sensors[0], ink=1.0), PLAN.sensors[1])},
     ],
 )
-def test_another_plan_is_told_apart(tmp_path, changes, said):
-    path = tmp_path / "dataset.toml"
-    path.write_text(PLAN.description())
-    check_same_plan(path, PLAN)
-    with pytest.raises(DatasetError, match=rf"^.*dataset\.toml: .*{said}.*$"):
-        check_same_plan(path, replace(PLAN, **changes))
-    for content, why in (
-        (b"synthesis = 3\n", "seed None, not 7"),
-        (b"\xff", "not a readable TOML"),
-    ):
-        path.write_bytes(content)
-        with pytest.raises(DatasetError, match=why):
-            check_same_plan(path, PLAN)
+def test_another_plan_is_told_apart(changes):
+    assert replace(PLAN, **changes).description() != PLAN.description()
 
 
 def test_the_description_is_toml_and_states_the_resolution_where_sensors_agree():
@@ -211,32 +202,21 @@ def test_the_description_is_toml_and_states_the_resolution_where_sensors_agree()
     assert said["synthesis"] == PLAN.table()
     assert "dpi" not in said
     for dpi, text in ((500.0, "dpi = 500\n"), (508.5, "dpi = 508.5\n")):
-        sensors = (plain_sensor(90, 90, dpi), plain_sensor(80, 90, dpi))
+        sensors = (Sensor("one", 90, 90, dpi), Sensor("two", 80, 90, dpi))
         assert text in replace(PLAN, sensors=sensors).description()
 
 
 @pytest.mark.parametrize(
-    ("changes", "reason", "error"),
+    ("changes", "reason"),
     [
-        ({"fingers": 0}, "0 fingers: there must be", DatasetError),
-        ({"preset": "x"}, r"^unknown preset 'x'; known: clean, easy, [^\n]*$", ImageError),
-        ({"sensors": ["x"]}, "'x': .*optical-388x374, ", DatasetError),
-        ({"sensors": []}, "no sensor", DatasetError),
-        ({"seed": -1}, "seed", DatasetError),
-        ({"seed": 2**63}, "seed", DatasetError),
-        ({"impressions": 0}, "0 impressions", DatasetError),
-        ({"impressions": 1001}, "1001 impressions", DatasetError),
+        ({"fingers": 0}, "0 fingers"),
+        ({"sensors": []}, "0 sensors"),
+        ({"seed": -1}, "seed"),
+        ({"seed": 2**63}, "seed"),
+        ({"impressions": 0}, "0 impressions"),
+        ({"impressions": 1001}, "1001 impressions"),
     ],
 )
-def test_impossible_arguments_are_refused_before_a_folder_is_made(tmp_path, changes, reason, error):
-    assert_refused(tmp_path / "new", reason, error, **changes)
+def test_impossible_arguments_are_refused_before_a_folder_is_made(tmp_path, changes, reason):
+    assert_refused(tmp_path / "new", reason, DatasetError, **changes)
     assert not (tmp_path / "new").exists()
-
-
-def test_impossible_sensors_are_refused():
-    for width, height in ((0, 100), (100, -5), (31, 100), (100, 5000)):
-        with pytest.raises(ImageError, match=rf"^sensor bad: {width} x {height} [^\n]*$"):
-            Sensor("bad", width, height)
-    for dpi in (0, 99, 4001, float("nan")):
-        with pytest.raises(ResolutionError):
-            Sensor("bad", 100, 100, dpi)

@@ -20,26 +20,6 @@ def grown(angle, period, seed):
     return grow_ridges(*even_field(angle, period), rng)
 
 
-def mean_wave(relief):
-    """Return period in pixels and orientation in degrees of the strongest waves, on average."""
-    windowed = relief * np.hanning(SHAPE[0])[:, None] * np.hanning(SHAPE[1])
-    power = np.abs(np.fft.fft2(windowed, (512, 512))) ** 2
-    v, u = np.meshgrid(-np.fft.fftfreq(512), np.fft.fftfreq(512), indexing="ij")
-    weight = power * (power > 0.05 * power.max())
-    doubled = np.sum(weight * (u + 1j * v) ** 2)
-    frequency = np.sum(weight * np.hypot(u, v)) / weight.sum()
-    return 1 / frequency, np.degrees(np.angle(doubled) / 2 + np.pi / 2) % 180
-
-
-@pytest.mark.parametrize("angle", [0, 30, 72, 90, 135])
-@pytest.mark.parametrize("period", [7.5, 9, 11])
-def test_ridges_follow_the_field(angle, period):
-    relief = grown(angle, period, 4)
-    found_period, found_angle = mean_wave(relief)
-    assert found_period == pytest.approx(period, rel=0.15)  # taps are whole pixels
-    assert abs((found_angle - angle + 90) % 180 - 90) < 5
-
-
 @settings(max_examples=10)
 @given(st.floats(0, 180), st.floats(6, 13), st.integers(0, 2**32))
 def test_the_print_is_filled_half_by_ridges(angle, period, seed):

@@ -19,10 +19,8 @@ from fpmatch.lab.synthesis.master import (
     ridge_period,
 )
 from fpmatch.lab.synthesis.orientation import (
-    NATURAL_SHARES,
     SINGULAR_RANGES,
     PatternClass,
-    draw_pattern,
     draw_singular_points,
     ridge_orientation,
     zero_pole_turning,
@@ -79,26 +77,6 @@ def test_minutiae_lie_on_the_print_along_its_ridges(masters):
         assert set(found.kind.tolist()) <= {1, 2}
 
 
-def test_minutiae_are_as_dense_as_on_real_prints_and_keep_apart(masters):
-    area_mm2 = sum(float(master.silhouette.sum()) for master in masters) * (25.4 / 500) ** 2
-    density = sum(len(master.minutiae) for master in masters) / area_mm2
-    assert 0.15 < density < 0.4  # a small print has its singular points closer together
-    kinds = np.concatenate([master.minutiae.kind for master in masters])
-    assert 0.3 < np.mean(kinds == 1) < 0.7
-    for master in masters:
-        between = master.minutiae.xy[:, None] - master.minutiae.xy[None]
-        distance = np.hypot(*between.transpose(2, 0, 1)) + np.diag(np.full(len(between), np.inf))
-        assert distance.min() > 0.8 * master.period.min()
-
-
-@pytest.mark.parametrize("pattern", PatternClass)
-def test_a_class_can_be_asked_for(pattern):
-    master = make_master(1, 1, MasterParameters(shape=(96, 80), pattern=pattern))
-    assert master.pattern is pattern
-    points = {PatternClass.ARCH: 0, PatternClass.WHORL: 2}.get(pattern, 1)
-    assert len(master.cores) == len(master.deltas) == points
-
-
 def period_of(seed, p=None):
     return ridge_period((200, 160), np.random.default_rng(seed), p or PeriodParameters())
 
@@ -136,14 +114,6 @@ def field_of(pattern, seed=0):
     return ridge_orientation(pattern, points, SHAPE, rng, SIZE), points
 
 
-def test_shares_are_those_of_nature(rng):
-    assert sum(NATURAL_SHARES.values()) == pytest.approx(1.0)
-    n = 4000
-    drawn = [draw_pattern(rng) for _ in range(n)]
-    for pattern, share in NATURAL_SHARES.items():
-        assert abs(drawn.count(pattern) / n - share) < 4 * np.sqrt(share * (1 - share) / n)
-
-
 @given(st.sampled_from(PatternClass), st.integers(0, 2**32), st.floats(0.2, 1.2))
 def test_points_are_those_of_the_class_and_lie_in_their_places(pattern, seed, size):
     points = draw_singular_points(pattern, CENTRE, np.random.default_rng(seed), size)
@@ -179,13 +149,6 @@ def test_cores_and_deltas_are_where_they_were_put(pattern):
                 assert index_at(orientation, x, y) == pytest.approx(index, abs=1e-3)
 
 
-@patterns
-def test_ridges_rise_on_the_left_and_fall_on_the_right_of_the_tip(pattern):
-    rise = np.sin(2 * field_of(pattern)[0][20:60])
-    assert rise[:, 20:70].mean() > 0.3
-    assert rise[:, 150:200].mean() < -0.3
-
-
 @given(st.integers(0, 2**32))
 def test_the_index_of_every_point_survives_every_correction(seed):
     cores, deltas = [-5 + 60j, 8 - 10j], [-100 - 110j, 95 - 120j]
@@ -195,17 +158,3 @@ def test_the_index_of_every_point_survives_every_correction(seed):
         rng = np.random.default_rng(seed)
         turning = zero_pole_turning(circle[None], cores, deltas, rng)
         assert turns(turning[0]) == pytest.approx(index)
-
-
-def test_without_corrections_it_is_the_plain_model(rng, monkeypatch):
-    assert not zero_pole_turning(np.ones((1, 1)) * 1j, [], [], rng).any()
-    for name, none in {
-        "CORRECTION_DEG": 0.0,
-        "UPRIGHTNESS": (0, 0),
-        "LOOP_NARROWING_DEG": (0, 0),
-    }.items():
-        monkeypatch.setattr(f"fpmatch.lab.synthesis.orientation.{name}", none)
-    place = rng.uniform(-200, 200, (5, 6)) + 1j * rng.uniform(-200, 200, (5, 6))
-    found = zero_pole_turning(place, [0j], [50 - 80j], rng)
-    expected = 0.5 * (np.angle(place) - np.angle(place - (50 - 80j)))
-    np.testing.assert_allclose(found, expected, atol=1e-12)

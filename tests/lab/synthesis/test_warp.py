@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.warp import STICKING_RADIUS, Warp, draw_warp
+from fpmatch.lab.synthesis.warp import Warp, draw_warp
 from fpmatch.pointset.geometry.similarity import Similarity
 
 PLACEMENT = Similarity(1.1, 0.3, 20.0, -35.0)
@@ -53,17 +53,6 @@ def test_waves_strain_the_skin_as_far_as_it_does_not_fold():
             back = warp.from_master(warp.to_master(GRID))
             assert np.abs(back - GRID).max() < 1e-3
             assert np.abs(warp.drag(GRID) - still.drag(GRID)).max() > 0.2
-
-
-def test_the_middle_sticks_and_the_outside_follows_the_finger():
-    radius = np.hypot(*WARP.upright(GRID).T)
-    dragged = WARP.drag(GRID)
-    np.testing.assert_array_equal(dragged[radius <= STICKING_RADIUS], 0)
-    outside = radius >= 1 + STICKING_RADIUS
-    assert outside.any()
-    turned = Similarity.fit(GRID[outside] - dragged[outside], GRID[outside])
-    moved = turned.apply(GRID[outside] - dragged[outside])
-    assert np.abs(moved - GRID[outside]).max() < 1e-9
 
 
 def test_drag_never_differs_more_than_the_steepness_says(rng):

@@ -25,9 +25,7 @@ from fpmatch.gallery.batch.plan import PairChunk
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import Label, NamePattern, entry_names
 from fpmatch.gallery.listing.folders import natural_key, prints_in
-from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.gallery.listing.manifest import read_manifest
-from fpmatch.gallery.listing.print_file import number_impressions
+from fpmatch.gallery.listing.manifest import kind_of, number_impressions, read_manifest
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.templates.minutiae import check_dpi
@@ -38,7 +36,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.gallery.listing.entry import PrintFile
     from fpmatch.templates.minutiae import Template
 
 PROTOCOLS: Final = ("extended", "fvc")
@@ -99,17 +97,15 @@ def load_dataset(
     place: str | os.PathLike[str],
     *,
     pattern: str | NamePattern | None = None,
-    by_folder: bool = False,
 ) -> Dataset:
     r"""Find the prints of a database, by finger and impression, and read its description.
 
     No image is read. The prints of a folder are its images or, where it has none, its templates,
-    named ``FFF_M`` and an extension; others are ignored. Where it has neither, or if `by_folder`,
+    named ``FFF_M`` and an extension; others are ignored. Where it has neither,
     its subfolders are fingers, or subjects whose subfolders are fingers. `place`: a folder, a
     manifest (see `fpmatch.gallery.listing.manifest`), or a gallery (file or URL). `pattern`: finds
     subject, finger and impression in other names; prints that it does not match are left out.
-    `by_folder`: whether the subfolders are fingers although the folder itself contains prints, or
-    their names indicate others. Raises a `DatasetError` if there is no such database, it holds no
+    Raises a `DatasetError` if there is no such database, it holds no
     print or holds one twice (``101_1.tif`` and ``101_1.png``), or its ``dataset.toml`` or manifest
     is malformed; a `GalleryError` if the gallery cannot be read, or the pattern is none.
 
@@ -129,7 +125,7 @@ def load_dataset(
     kind, root = kind_of(place), Path(place)
     if kind == "gallery":
         return _of_gallery(place)
-    if kind == "folder" and names is None and not by_folder:
+    if kind == "folder" and names is None:
         if numbered := _named_by_number(root):
             return _described(root, numbered)
         if prints_in(root):
@@ -141,7 +137,7 @@ def load_dataset(
         files = (
             read_manifest(root)  # which says what it lacks
             if kind == "file"
-            else find_prints([root], pattern=names, by_folder=by_folder)
+            else find_prints([root], pattern=names)
         )
     except ImageReadError as error:
         why = "holds no prints, nor folders of them" if root.is_dir() else "no such folder"
@@ -153,7 +149,7 @@ def load_dataset(
     notes = []
     if (left_out := len(files) - len(labelled)) > 0:
         notes.append(f"{left_out} of {len(files)} prints do not fit the pattern; they are left out")
-    guessed = kind == "folder" and names is None and not by_folder
+    guessed = kind == "folder" and names is None
     if guessed and not any(label.finger for label, _ in labelled):
         notes.append("each folder in it is taken for one finger (--pattern for other layouts)")
     return _described(root, _by_label(root, labelled), tuple(notes))

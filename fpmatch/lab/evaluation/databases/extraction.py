@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -14,7 +14,7 @@ from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.batch.sources import GallerySource, StoredTemplate, pack, unpack
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import attempt_each
-from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
+from fpmatch.gallery.listing.entry import PrintFile
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
 from fpmatch.gallery.store.stored_template import minutiae_digest
 from fpmatch.image.quality.print_quality import why_no_minutiae
@@ -72,7 +72,6 @@ class DatasetSource:
             PrintFile(one.path, one.dpi or dataset.dpi, name=one.name, place=Path(dataset.place))
             for one in dataset.impressions
         ]
-        self._on_dpi = resolution_notes([file.dpi for file in self._files])
         self._gallery = GallerySource(dataset.place) if dataset.in_gallery else None
         self._made = {
             k: _stored(NO_TEMPLATE if one is None else ExtractedPrint(one))
@@ -113,8 +112,7 @@ class DatasetSource:
         with closing(attempt_each(engine, partial(_on_file, extractor), files)) as attempts:
             for n, (_, attempt) in zip(numbers, attempts, strict=True):
                 reason = without_path(attempt.reason, self._files[n].path)
-                one = _stored(attempt.result or reason)
-                yield replace(one, notes=(*one.notes, *self._on_dpi[n]))
+                yield _stored(attempt.result or reason)
 
     def read(self, name: str) -> tuple[Template, GreyImage | NDArray[np.uint8]]:
         """Return the template of a print, and its image; of a template its ridges are drawn."""

@@ -139,20 +139,15 @@ def plan_search(m: int, n: int, rho: float, lambda_: float) -> SearchPlan:
     k = max(1, min(math.ceil(min(wanted, MAX_NEIGHBOURS)), min(m, n) - 1))
     ranks = math.ceil(2 * lambda_ * math.sqrt(k / math.pi))
     half = min(ranks // 2, (k - 1) // 2)
-    bases = _tries(BASE_DOUBT, rho)
+    rounding = 1e-9  # ln 0.05 / ln(1 - 0.95) is 1.0000000000000002 in floating point
+    tries = 0 if rho == 1 else math.ceil(math.log(BASE_DOUBT) / math.log1p(-rho) - rounding)
     return SearchPlan(
         neighbours=k,
         window=2 * half + 1,
-        bases=min(bases, k - 2 * half),
+        bases=min(max(1, tries), k - 2 * half),
         enough_near=share_of(rho, k),
         enough=share_of(rho, m),
     )
-
-
-def _tries(doubt: float, rho: float) -> int:
-    """Return how many tries of chance ρ all fail with no more chance than `doubt`."""
-    rounding = 1e-9  # ln 0.05 / ln(1 - 0.95) is 1.0000000000000002 in floating point
-    return 1 if rho == 1 else max(1, math.ceil(math.log(doubt) / math.log1p(-rho) - rounding))
 
 
 def sort_set(unit: Floats) -> tuple[CellGrid, float]:

@@ -2,7 +2,7 @@
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel cimport PairMesh
 from fpmatch.matching.pipeline._kernels._relaxation_kernel cimport Relaxation
 
-# of `constants.comparison`
+# of `matching.constants`
 cdef double DIRECTION_ARM2, LEAST_SCALE, MOST_SCALE
 cdef int FEWEST_FOR_SCALE
 

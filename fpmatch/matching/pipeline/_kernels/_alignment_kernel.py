@@ -15,7 +15,7 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
-from fpmatch.matching.constants.comparison import *
+from fpmatch.matching.constants import *
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline._kernels._relaxation_kernel import Relaxation
 

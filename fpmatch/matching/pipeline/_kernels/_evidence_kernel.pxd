@@ -3,7 +3,7 @@ from fpmatch.matching.pipeline._kernels._alignment_kernel cimport Aligner
 from fpmatch.matching.pipeline._kernels._ridge_kernel cimport RidgeCorrelator
 from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
-# of `constants.comparison`
+# of `matching.constants`
 cdef double LOG_10, SMALL_AREA_PX2, LEAST_RELAXED, PAIR_AREA, LEAST_SPREAD, LEAST_MEAN_SQUARE
 cdef double ENOUGH_MINUTIAE, ENOUGH_AREA, LEAST_AREA, UNIT_AREA, DECADES_PER_PAIR, USUAL_CHANCE
 cdef double DENSER, FULL_AGREEMENT, CELLS_PER_DECADE, AROUND2, BESIDE2, LEAST_COSINE, PER_AROUND

@@ -10,7 +10,7 @@ import numpy as np
 from cython.cimports.fpmatch.matching.pipeline._kernels._ridge_kernel import smaller_area
 from cython.cimports.libc.math import exp, log, log1p, log10, sqrt
 
-from fpmatch.matching.constants.comparison import *
+from fpmatch.matching.constants import *
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 

@@ -1,16 +1,28 @@
 # Types of the kernel, and what other kernels may use of it.
+cdef enum:
+    BITS = 64  # of a word of a set
+    BINS = 64  # of u, of v, of c and of s
+    BIN_PX = 5  # of a position; both set the time it takes, no more
+    LANE = 16  # bits for the number of a neighbour; those above are for that of the other print
+    LOWER = 0xFFFF  # these bits
+
+
 cdef class NeighbourIndex:
     cdef readonly Py_ssize_t minutiae, size
-    cdef double slack, least, min_cosine
     cdef int fewest
-    cdef double[:, ::1] middle, entry
-    cdef int[::1] owner, start, item
-    cdef double[::1] best, total, root_weight, share
+    cdef double min_cosine
+    cdef double[:, ::1] entry
+    cdef int[::1] owner
+    cdef double[::1] scale, best, total, share
+    cdef unsigned long long[:, :, ::1] near
+    cdef unsigned long long[::1] touched, word
+    cdef int[::1] place, number
 
     cdef int _list(
-        self, int[::1] count, float[:, :, ::1] frame, bint filling
+        self, int[::1] count, float[:, :, ::1] frame, double slack, double c, double s
     ) noexcept nogil
-    cdef Py_ssize_t _line(self, double place) noexcept nogil
+    cdef Py_ssize_t _bin(self, Py_ssize_t axis, double value) noexcept nogil
+    cdef Py_ssize_t _unpack(self, Py_ssize_t found) noexcept nogil
     cpdef int to_prints(
         self, int[::1] count, float[:, :, ::1] frame, Py_ssize_t minutiae,
         float[:, ::1] similarity, bint before,

@@ -7,42 +7,30 @@ relative to a tolerance that grows with the distance from the minutia, and with 
 direction. Each neighbour of print A counts by the most similar neighbour in B, or not at all:
 neighbours may be missing or spurious in either print.
 
-The neighbours of one print are sorted once into cells of position and direction; each cell lists
-all neighbours that may be similar to one in it. Those of other prints are looked up there.
+The neighbours of one print are numbered. Of each of the four numbers that describe a neighbour, a
+table has a set of them for each bin: as bits, those that may be similar to a neighbour in it. Those
+of other prints are looked up there: the sets of the four bins have few in common.
 """
 
 import cython
 import numpy as np
+from cython.cimports.fpmatch.matching.prints._kernels._bits import lowest_place
 from cython.cimports.libc.math import fabs, sqrt
 
-EIGHTHS = cython.declare(cython.Py_ssize_t, 8)  # of a turn: the cells of direction
-CELL_PX = cython.declare(cython.double, 20.0)
-HALF = cython.declare(cython.Py_ssize_t, 7)  # cells; both set the time it takes, no more
+ONE = cython.declare(cython.ulonglong, 1)
+LAST = cython.declare(cython.ulonglong, 1 << 63)
 # least 1/tolerance² of very distant neighbours, where it would underflow
 LEAST_PRECISION = cython.declare(cython.double, 1e-30)
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def eighth(c: cython.double, s: cython.double) -> cython.Py_ssize_t:
-    """Return the number of the eighth of the turn that contains a direction."""
-    # sums of truth values: a branch would be mispredicted often
-    found: cython.Py_ssize_t = c < 0.0
-    found += 2 * (s < 0.0)
-    found += 4 * (fabs(s) > fabs(c))
-    return found
 
 
 @cython.final
 @cython.cclass
 class NeighbourIndex:
-    """The neighbours of one print's minutiae, sorted into cells of position and direction.
+    """The neighbours of one print's minutiae, by sets of those near to a position and direction.
 
-    ``frame[i, :, k]`` holds, for neighbour k of minutia i: u, v, c, s, 1/tolerance², weight. The
-    cells are squares of 20 px, seven from the middle to each border, of which the outermost are
-    unbounded. A neighbour is listed in all cells within its own tolerance times `slack` and an
+    ``frame[i, :, k]`` holds, for neighbour k of minutia i: u, v, c, s, 1/tolerance², weight. Its
+    number is ``k * minutiae + i``. Of 64 bins of each of u, v, c and s, the outermost are
+    unbounded. A neighbour is in the sets of all bins within its own tolerance times a slack and an
     angle of the largest difference in direction. With a slack of 1/(1 - growth) it is found also
     where the tolerance of the other print is used, which grows likewise with the distance. Other
     prints have at most as many neighbours for each minutia.
@@ -51,68 +39,51 @@ class NeighbourIndex:
     def __init__(self, count, frame, parameters) -> None:
         p = parameters
         self.minutiae, _, self.size = frame.shape
-        self.fewest = p.fewest_neighbours
-        self.min_cosine = p.neighbour_cosine
-        self.slack = 1.0 / (1.0 - p.tolerance_per_px)
-        widest = np.radians(p.neighbour_turn_deg) + np.pi / EIGHTHS + 1e-3
-        self.least = np.cos(min(widest, np.pi))
-        middle = np.pi / EIGHTHS * np.arange(1, 2 * EIGHTHS, 2)
-        self.middle = np.empty((EIGHTHS, 2))
-        for c, s in zip(np.cos(middle), np.sin(middle), strict=True):
-            self.middle[eighth(c, s), 0], self.middle[eighth(c, s), 1] = c, s
-        self.best = np.zeros(self.minutiae * self.size)
-        self.total = np.zeros(self.minutiae)
-        self.root_weight = np.asarray(frame)[:, 5].T.astype(np.float64).ravel()
+        numbers = self.minutiae * self.size
+        words = (numbers + BITS - 1) // BITS
+        self.fewest, self.min_cosine = p.fewest_neighbours, p.neighbour_cosine
         self.share = 1.0 / np.sqrt(np.maximum(count, self.fewest))
-        self.entry = np.empty((self.minutiae * self.size, 6))
-        self.owner = np.empty(self.minutiae * self.size, np.int32)
-        self.start = np.zeros(4 * HALF * HALF * EIGHTHS + 2, np.int32)
-        self.item = np.empty(self._list(count, frame, False), np.int32)
-        self._list(count, frame, True)
+        entry = np.asarray(frame, np.float64).transpose(2, 0, 1).reshape(numbers, 6)
+        self.entry = np.ascontiguousarray(entry)
+        self.owner = np.tile(np.arange(self.minutiae, dtype=np.int32), self.size)
+        self.scale = np.array([1.0 / BIN_PX, 1.0 / BIN_PX, BINS / 4, BINS / 4])
+        self.near = np.zeros((4, BINS, words), np.uint64)
+        self.touched = np.zeros(words, np.uint64)
+        self.word = np.zeros(self.size * words + 1, np.uint64)
+        self.place = np.zeros(self.size * words + 1, np.int32)
+        self.number = np.zeros(self.size * words * BITS + 1, np.int32)
+        self.best, self.total = np.zeros(numbers), np.zeros(self.minutiae)
+        turn = min(np.arccos(p.neighbour_cosine) + 1e-3, np.pi)
+        self._list(count, frame, 1.0 / (1.0 - p.tolerance_per_px), np.cos(turn), np.sin(turn))
 
-    @cython.locals(k=cython.Py_ssize_t)
-    def _list(self, count, frame, filling):
-        """Count the entries of all cells, or else, if `filling`, list them; return their number.
-
-        The starts run one ahead while the cells are filled, two while their entries are counted.
-        """
-        in_reach = cython.declare(cython.Py_ssize_t[8])
-        n = self.minutiae
-        for i in range(n):
+    @cython.locals(k=cython.Py_ssize_t, axis=cython.Py_ssize_t)
+    def _list(self, count, frame, slack, c, s):
+        """Put the neighbours into the sets; c and s are those of the largest angle."""
+        for i in range(self.minutiae):
             for k in range(count[i]):
-                e = k * n + i
-                for row in range(6):
-                    self.entry[e, row] = frame[i, row, k]
-                self.owner[e] = i
-                u, v, c, s = self.entry[e, 0], self.entry[e, 1], self.entry[e, 2], self.entry[e, 3]
-                turns = 0
-                for turn in range(EIGHTHS):
-                    if c * self.middle[turn, 0] + s * self.middle[turn, 1] >= self.least:
-                        in_reach[turns] = turn
-                        turns += 1
-                reach = self.slack / sqrt(max(self.entry[e, 4], LEAST_PRECISION)) * 1.001 + 0.01
-                for row in range(self._line(v - reach), self._line(v + reach) + 1):
-                    for column in range(self._line(u - reach), self._line(u + reach) + 1):
-                        for turn in range(turns):
-                            cell = (row * 2 * HALF + column) * EIGHTHS + in_reach[turn]
-                            if filling:
-                                self.item[self.start[cell + 1]] = e
-                            self.start[cell + 2 - filling] += 1
-        cells = 4 * HALF * HALF * EIGHTHS
-        if not filling:
-            for cell in range(cells):
-                self.start[cell + 2] += self.start[cell + 1]
-        return self.start[cells + 1 - filling]
+                e = k * self.minutiae + i
+                entry = cython.address(self.entry[e, 0])
+                reach = slack / sqrt(max(entry[4], LEAST_PRECISION)) * 1.001 + 0.01
+                for axis in range(4):
+                    low, high = entry[axis] - reach, entry[axis] + reach
+                    if axis > 1:
+                        # of the arc of directions around the neighbour's, which may contain ±1
+                        middle, half = entry[axis] * c, fabs(entry[5 - axis]) * s
+                        low = middle - half if -entry[axis] < c else -1.0
+                        high = middle + half if entry[axis] < c else 1.0
+                    for at in range(self._bin(axis, low), self._bin(axis, high) + 1):
+                        self.near[axis, at, e >> 6] |= ONE << (e & 63)
+        return 0
 
-    def _line(self, place):
-        """Return the row or column of cells of a coordinate."""
-        place = place / CELL_PX + HALF
-        if not place > 0.0:
+    def _bin(self, axis, value):
+        """Return the bin of a value of u, v, c or s."""
+        value = value * self.scale[axis] + BINS / 2
+        if not value > 0.0:
             return 0
-        return int(place) if place < 2 * HALF else 2 * HALF - 1
+        return int(value) if value < BINS else BINS - 1
 
-    @cython.locals(k=cython.Py_ssize_t, at=cython.Py_ssize_t, e=cython.Py_ssize_t)
-    @cython.locals(precision=cython.double, weight=cython.double)
+    @cython.locals(k=cython.Py_ssize_t, e=cython.Py_ssize_t, at=cython.Py_ssize_t)
+    @cython.locals(bits=cython.ulonglong, found=cython.Py_ssize_t)
     def to_prints(self, count, frame, minutiae, similarity, before):
         """Fill ``similarity[i, j]`` for the minutiae i of print A and j of print B.
 
@@ -123,47 +94,77 @@ class NeighbourIndex:
         """
         n, min_cosine = self.minutiae, self.min_cosine
         scale = 0.25 / (1.0 - min_cosine)  # either factor below is doubled
-        entry, owner, item, start = self.entry, self.owner, self.item, self.start
-        best, total, root_weight = self.best, self.total, self.root_weight
+        words = self.touched.shape[0]
+        touched = cython.address(self.touched[0])
+        word, place = cython.address(self.word[0]), cython.address(self.place[0])
+        number, owner = cython.address(self.number[0]), cython.address(self.owner[0])
+        best, total = cython.address(self.best[0]), cython.address(self.total[0])
         for i in range(minutiae):
+            found = 0
             for k in range(count[i]):
-                u = float(frame[i, 0, k])
-                v = float(frame[i, 1, k])
-                c = float(frame[i, 2, k])
-                s = float(frame[i, 3, k])
-                precision = float(frame[i, 4, k])
-                weight = float(frame[i, 5, k])
-                cell = self._line(v) * 2 * HALF + self._line(u)
-                cell = cell * EIGHTHS + eighth(c, s)
-                for at in range(start[cell], start[cell + 1]):
-                    e = item[at]
-                    if before:
-                        weight = entry[e, 5]
-                    else:
-                        precision = entry[e, 4]
-                    du = u - entry[e, 0]
-                    dv = v - entry[e, 1]
-                    near = 1.0 - (du * du + dv * dv) * precision
-                    turn = (c * entry[e, 2] + s * entry[e, 3] - min_cosine) * scale
-                    # twice each value, or 0 where it is negative, without a branch
-                    near = (near + fabs(near)) * (turn + fabs(turn)) * weight
-                    if before:
-                        e = k * n + owner[e]
-                    # a value of its own: the compiler then takes the maximum without a branch
-                    most = best[e]
-                    best[e] = near if near > most else most
-            share = 1.0 / sqrt(max(count[i], self.fewest))
-            for k in range(count[i] if before else self.size):
-                weight = float(frame[i, 5, k]) if before else 0.0
-                for j in range(n):
-                    e = k * n + j
-                    total[j] += best[e] * (weight if before else root_weight[e])
-                    best[e] = 0.0
-            for j in range(n):
-                raw: cython.float = total[j]
+                by_u = cython.address(self.near[0, self._bin(0, frame[i, 0, k]), 0])
+                by_v = cython.address(self.near[1, self._bin(1, frame[i, 1, k]), 0])
+                by_c = cython.address(self.near[2, self._bin(2, frame[i, 2, k]), 0])
+                by_s = cython.address(self.near[3, self._bin(3, frame[i, 3, k]), 0])
+                for at in range(words):
+                    bits = by_u[at] & by_v[at] & by_c[at] & by_s[at]
+                    word[found], place[found] = bits, k << LANE | at * BITS
+                    found += bits != 0
+            for m in range(self._unpack(found)):
+                k, e = number[m] >> LANE, number[m] & LOWER
+                entry = cython.address(self.entry[e, 0])
+                precision = float(frame[i, 4, k]) if before else entry[4]
+                weight_a = float(frame[i, 5, k]) if before else entry[5]
+                weight_b = entry[5] if before else float(frame[i, 5, k])
+                du = float(frame[i, 0, k]) - entry[0]
+                dv = float(frame[i, 1, k]) - entry[1]
+                value = 1.0 - (du * du + dv * dv) * precision
+                turn = float(frame[i, 2, k]) * entry[2] + float(frame[i, 3, k]) * entry[3]
+                turn = (turn - min_cosine) * scale
+                # twice each value, or 0 where it is negative, without a branch
+                value = (value + fabs(value)) * (turn + fabs(turn)) * weight_b * weight_a
                 if before:
-                    similarity[i, j] = raw * (share * self.share[j])
+                    e = k * n + owner[e]
+                touched[e >> 6] |= ONE << (e & 63)
+                # a value of its own: the compiler then takes the maximum without a branch
+                most = best[e]
+                best[e] = value if value > most else most
+            # by A's neighbours, in turn
+            found = 0
+            for at in range(words):
+                word[found], place[found] = touched[at], at * BITS
+                found += touched[at] != 0
+                touched[at] = 0
+            for m in range(self._unpack(found)):
+                e = number[m]
+                total[owner[e]] += best[e]
+                best[e] = 0.0
+            share = 1.0 / sqrt(max(count[i], self.fewest))
+            for e in range(n):
+                raw: cython.float = total[e]
+                if before:
+                    similarity[i, e] = raw * (share * self.share[e])
                 else:
-                    similarity[j, i] = raw * (share * self.share[j])
-                total[j] = 0.0
+                    similarity[e, i] = raw * (share * self.share[e])
+                total[e] = 0.0
         return 0
+
+    @cython.locals(k=cython.Py_ssize_t, unpacked=cython.Py_ssize_t, bits=cython.ulonglong)
+    def _unpack(self, found):
+        """Number the bits of the first words found; return how many they are."""
+        word, place = cython.address(self.word[0]), cython.address(self.place[0])
+        number = cython.address(self.number[0])
+        unpacked = 0
+        for k in range(found):
+            bits = word[k]
+            number[unpacked] = place[k] + lowest_place(bits)
+            bits &= bits - 1
+            # few have more than two: no branch for the second, which would be mispredicted often
+            number[unpacked + 1] = place[k] + lowest_place(bits | LAST)
+            unpacked += 1 + (bits != 0)
+            bits &= bits - 1
+            while bits:
+                number[unpacked] = place[k] + lowest_place(bits)
+                unpacked += 1
+                bits &= bits - 1
+        return unpacked

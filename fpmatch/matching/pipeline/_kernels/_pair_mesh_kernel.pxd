@@ -1,6 +1,6 @@
 # Types of the kernel, and what other kernels may use of it.
 
-# of `constants.comparison`
+# of `matching.constants`
 cdef Py_ssize_t FRAME
 cdef double FAR_AWAY, NEAR2, ROUNDING
 

@@ -24,7 +24,7 @@ from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
 )
 from cython.cimports.libc.math import cos, exp, sin, sqrt
 
-from fpmatch.matching.constants.comparison import *
+from fpmatch.matching.constants import *
 
 FULL_TURN = cython.declare(cython.double, 6.283185307179586)
 LEAST_TRIANGLE = cython.declare(cython.double, 1e-9)  # px²: of a triangle

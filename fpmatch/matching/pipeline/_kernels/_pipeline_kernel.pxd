@@ -6,7 +6,7 @@ from fpmatch.matching.pipeline._kernels._ridge_search_kernel cimport RidgeSearch
 from fpmatch.matching.prints._kernels._prefilter_kernel cimport Prefilter
 from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
-# of `constants.comparison`
+# of `matching.constants`
 cdef double REJECTED, SHORTFALL
 
 

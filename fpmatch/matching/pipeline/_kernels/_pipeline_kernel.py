@@ -8,7 +8,7 @@ the prefilter's bit descriptors; after it, `reference.transform_of` fits the tra
 import cython
 import numpy as np
 
-from fpmatch.matching.constants.comparison import *
+from fpmatch.matching.constants import *
 from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
 from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch

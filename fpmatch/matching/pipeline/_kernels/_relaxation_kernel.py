@@ -16,9 +16,9 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
-from fpmatch.matching.constants import comparison
+from fpmatch.matching import constants
 
-COINCIDENT = cython.declare(cython.double, comparison.COINCIDENT)
+COINCIDENT = cython.declare(cython.double, constants.COINCIDENT)
 
 
 @cython.final

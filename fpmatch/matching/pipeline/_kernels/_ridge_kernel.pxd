@@ -2,7 +2,7 @@
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel cimport PairMesh
 from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
-# of `constants.comparison`
+# of `matching.constants`
 cdef Py_ssize_t FRAME
 cdef int BITS_ALONG, REACH, SHIFTS, FEWEST_AROUND, MOST_CELLS
 cdef double SMALL_AREA_PX2

@@ -9,7 +9,7 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import ceil, floor
 
-from fpmatch.matching.constants.comparison import *
+from fpmatch.matching.constants import *
 
 FEW = cython.declare(cython.Py_ssize_t, len(FEW_SAMPLES))
 MANY = cython.declare(cython.Py_ssize_t, len(SAMPLES))

@@ -15,10 +15,10 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
-from fpmatch.matching.constants import comparison
+from fpmatch.matching import constants
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
-SAMPLES = cython.declare(cython.int, comparison.FLOW_SAMPLES)
+SAMPLES = cython.declare(cython.int, constants.FLOW_SAMPLES)
 ROOM = cython.declare(cython.int, 128)  # pairs whose ridges are compared, at most
 FOUND = cython.declare(cython.int, 8)  # pairs found, at most
 

@@ -1,4 +1,4 @@
-# The bits of words, which `fpmatch.matching.constants.prints` describes, for the C compiler.
+# The bits of words, which `fpmatch.matching.constants` describes, for the C compiler.
 cdef extern from *:
     """
     #if defined(__GNUC__)

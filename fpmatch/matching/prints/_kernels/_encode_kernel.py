@@ -10,20 +10,20 @@ import cython
 import numpy as np
 from cython.cimports.fpmatch.matching.prints._kernels._bits import second
 
-from fpmatch.matching.constants import prints
+from fpmatch.matching import constants
 
-NEIGHBOUR_WORDS = cython.declare(cython.int, prints.NEIGHBOUR_WORDS)
-ORIENTATION_WORDS = cython.declare(cython.int, prints.ORIENTATION_WORDS)
-SIDE = cython.declare(cython.int, prints.CELLS_ALONG)
-SECTORS = cython.declare(cython.int, prints.SECTORS)
+NEIGHBOUR_WORDS = cython.declare(cython.int, constants.NEIGHBOUR_WORDS)
+ORIENTATION_WORDS = cython.declare(cython.int, constants.ORIENTATION_WORDS)
+SIDE = cython.declare(cython.int, constants.CELLS_ALONG)
+SECTORS = cython.declare(cython.int, constants.SECTORS)
 FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
-APART = cython.declare(cython.double, prints.APART)
-NOT_FIRST = cython.declare(cython.int, prints.NOT_FIRST)
-NOT_SECOND = cython.declare(cython.int, prints.NOT_SECOND)
-NOWHERE = cython.declare(cython.int, prints.NOWHERE)
-STEPS = cython.declare(cython.int, prints.STEPS)
-BINS = cython.declare(cython.int, prints.ORIENTATION_BINS)
-ORIENTATIONS = cython.declare(cython.int, prints.ORIENTATIONS)
+APART = cython.declare(cython.double, constants.APART)
+NOT_FIRST = cython.declare(cython.int, constants.NOT_FIRST)
+NOT_SECOND = cython.declare(cython.int, constants.NOT_SECOND)
+NOWHERE = cython.declare(cython.int, constants.NOWHERE)
+STEPS = cython.declare(cython.int, constants.STEPS)
+BINS = cython.declare(cython.int, constants.ORIENTATION_BINS)
+ORIENTATIONS = cython.declare(cython.int, constants.ORIENTATIONS)
 
 
 @cython.locals(k=cython.Py_ssize_t)

@@ -12,10 +12,10 @@ from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
 )
 from cython.cimports.libc.math import rint, sqrt
 
-from fpmatch.matching.constants import prints
+from fpmatch.matching import constants
 
 EDGES = 6  # a minutia, in the mean, at most: a triangulation has half as many
-LEAST_WEIGHT = cython.declare(cython.double, prints.LEAST_WEIGHT)
+LEAST_WEIGHT = cython.declare(cython.double, constants.LEAST_WEIGHT)
 
 
 @cython.final
@@ -23,7 +23,8 @@ LEAST_WEIGHT = cython.declare(cython.double, prints.LEAST_WEIGHT)
 class NeighbourhoodWriter:
     """Write the neighbourhoods of a print of the minutiae `points` (4, N).
 
-    The other arrays are as `Neighbourhoods` has them, `near` and `frame` filled with zeros.
+    `count` and `frame` are as `Neighbourhoods` has them; ``near[i]`` will be the neighbours of
+    minutia i. `near` and `frame` are filled with zeros.
     """
 
     def __init__(self, points, parameters, count, near, frame) -> None:

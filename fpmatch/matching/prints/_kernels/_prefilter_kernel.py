@@ -24,12 +24,12 @@ from cython.cimports.fpmatch.matching.prints._kernels._bits import (
 )
 from cython.cimports.libc.string import memset
 
-from fpmatch.matching.constants import prints
+from fpmatch.matching import constants
 
-NOT_FIRST = cython.declare(cython.int, prints.NOT_FIRST)
-NOT_SECOND = cython.declare(cython.int, prints.NOT_SECOND)
-BINS = cython.declare(cython.int, prints.ORIENTATION_BINS)
-UNKNOWN = cython.declare(cython.int, prints.UNKNOWN_BIN)
+NOT_FIRST = cython.declare(cython.int, constants.NOT_FIRST)
+NOT_SECOND = cython.declare(cython.int, constants.NOT_SECOND)
+BINS = cython.declare(cython.int, constants.ORIENTATION_BINS)
+UNKNOWN = cython.declare(cython.int, constants.UNKNOWN_BIN)
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 ONE = cython.declare(cython.ulonglong, 1)
 TURN = cython.declare(cython.int, 16)  # 256ths of a turn in one group: `most_turn` at least
@@ -59,7 +59,7 @@ class Prefilter:
         self.count = self.least = 0
         self.most = self.equal = most
         self.near2, self.spread2 = p.near_px * p.near_px, p.near_per_px * p.near_per_px
-        self.most_turn = round(p.pair_turn_deg * prints.TURNS / 360)
+        self.most_turn = round(p.pair_turn_deg * constants.TURNS / 360)
         angle = np.arange(256) * (2 * np.pi / 256)
         self.cosine_of, self.sine_of = np.cos(angle), np.sin(angle)
         self.pair = np.zeros((3, ROOM * ROOM), np.int32)

@@ -8,14 +8,14 @@ Minutiae, neighbourhoods and regions are as
 import cython
 import numpy as np
 
-from fpmatch.matching.constants import prints
+from fpmatch.matching import constants
 from fpmatch.templates import plausibility
 
 ENOUGH_ON_RIDGES = cython.declare(cython.Py_ssize_t, plausibility.ENOUGH_ON_RIDGES)
 LEAST_INSIDE = cython.declare(cython.double, plausibility.LEAST_INSIDE)
 LEAST_ALONG = cython.declare(cython.double, plausibility.LEAST_ALONG)
 
-_TURN = 2.0 * np.pi * (np.arange(prints.ORIENTATIONS + 1) - 1.0) / prints.ORIENTATIONS
+_TURN = 2.0 * np.pi * (np.arange(constants.ORIENTATIONS + 1) - 1.0) / constants.ORIENTATIONS
 FLOW_OF_CODE = np.stack([np.cos(_TURN), np.sin(_TURN)])  # of twice the orientation of a code
 
 

@@ -50,14 +50,6 @@ def test_a_perturbed_move_is_refined_to_the_true_one(seed):
     assert overlay.owner[overlay.partner].tolist() == list(range(25))
 
 
-@pytest.mark.parametrize(("shift", "inside", "paired"), [(0.27, 25, 25), (0.29, -1, 0)])
-def test_the_first_round_reaches_twice_as_far_in_area(shift, inside, paired):
-    p = loose_lattice(1)
-    overlay = Overlay(p, p.copy(), Similarity(tx=shift))
-    assert overlay.refine(0.2) == inside
-    assert np.count_nonzero(overlay.partner >= 0) == paired
-
-
 @given(seeds)
 def test_pairs_are_nearest_mutual_and_within_reach(seed):
     rng = np.random.default_rng(seed)

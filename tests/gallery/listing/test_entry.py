@@ -1,9 +1,14 @@
+"""Labels in names, and cells of tables: what a spreadsheet would compute is escaped."""
+
 import os
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fpmatch.errors import GalleryError
+from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import FVC_PATTERN, Label, NamePattern
 
 FOLDERS = r"(?P<subject>\w+)/((?P<finger>\w+)-)?(?P<impression>\d+)"
@@ -48,3 +53,17 @@ def test_names_that_are_no_text_become_some():
     path = Path(os.fsdecode(b"/prints/\xff_1.tif"))
     label = NamePattern(r"(?P<subject>.+)_(?P<impression>\d)").label(path)
     assert label == Label(r"\xff", "", "1")
+
+
+ANY_TEXT = st.text(max_size=20) | st.text(
+    st.sampled_from("\x00\x1b\n\r\t\u2028\ud800=+-@＝－a\\"), max_size=9
+)
+
+
+@given(ANY_TEXT)
+def test_no_cell_begins_as_a_formula(text):
+    cell = csv_cell(text)
+    assert cell == csv_cell(cell)
+    assert cell[:1] not in {"=", "@", "＝", "＋", "－", "＠", "\t", "\r"}
+    if cell[:1] in {"+", "-"}:
+        float(cell)

@@ -58,11 +58,13 @@ rate_options: Final = partial(
         file_option(
             "--baseline",
             metavar="SCORES.csv",
-            help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch "
-            "score.",
+            help="Compare pair by pair with an earlier run: the file of its --scores, or of "
+            "fpmatch score.",
         ),
         file_option("--det", metavar="FILE", help="Draw the DET curves into a .pdf, .svg or .png."),
-        file_option("--table", metavar="FILE.csv", help="Write the table of rates with intervals."),
+        file_option(
+            "--table", metavar="FILE", help="Write the table of rates as .tex (LaTeX) or .csv."
+        ),
         click.option(
             "--bootstrap",
             metavar="N",
@@ -85,7 +87,7 @@ rate_options: Final = partial(
 Examples:
   fpmatch rates scores.csv
   fpmatch rates scores.csv theirs.csv --report report
-  fpmatch rates theirs.csv --distances --fmr 0.0001 --det det.pdf --table rates.csv
+  fpmatch rates theirs.csv --distances --fmr 0.0001 --det det.pdf --table rates.tex
   fpmatch rates --genuine-scores genuine.txt --impostor-scores impostor.txt
   fpmatch rates candidates.csv --enrolled prints.db
 

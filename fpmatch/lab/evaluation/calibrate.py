@@ -29,6 +29,7 @@ from fpmatch._version import __version__
 from fpmatch.base.parameters import parameters_of
 from fpmatch.errors import DatasetError, MatcherError
 from fpmatch.gallery.listing.manifest import kind_of
+from fpmatch.lab.evaluation.rates.bootstrap import bootstrap_fmr, interval_of
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
 from fpmatch.matching.calibration import Calibration, score_to_fmr
@@ -221,7 +222,8 @@ def _rounded(value: float | np.float64) -> float:
 def report_calibration(calibration: Calibration, sets: Sequence[Trials]) -> dict[str, Any]:
     """Return what a calibration of `calibrate_on` is based on, as JSON values.
 
-    The comparisons measure the FMR up to `largest_measured_score`; above, it is extrapolated.
+    The comparisons measure the FMR up to `largest_measured_score`, with a 95 % interval over
+    fingers there; above, it is extrapolated.
     """
     largest, provenance = calibration.largest_measured_score, calibration.provenance
     return {
@@ -231,6 +233,11 @@ def report_calibration(calibration: Calibration, sets: Sequence[Trials]) -> dict
         "impostors": provenance["impostors"],
         "largest_measured_score": largest,
         "smallest_measured_fmr": score_to_fmr(largest),
+        "smallest_measured_fmr_interval": (
+            interval_of(bootstrap_fmr(sets, calibration.knots[-1][0]))
+            if all(one.fingers for one in sets)
+            else None
+        ),
         "highest_impostor_score": calibration.score(max(one.similarity.max() for one in sets)),
     }
 
@@ -245,6 +252,9 @@ def calibration_text(report: dict[str, Any]) -> str:
         beyond += f"""
               so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes
               some {needed:,} impostor comparisons"""
+    if interval := report["smallest_measured_fmr_interval"]:
+        lowest = odds(interval[0]) if interval[0] > 0 else "none"
+        fmr += f"\n              (95 % interval over fingers: {odds(interval[1])} to {lowest})"
     return f"""\
   Matcher     {report["matcher"]}
   Fitted to   {report["impostors"]:,} impostor comparisons

@@ -176,6 +176,8 @@ def test_the_largest_measured_score_is_where_the_knots_end():
     assert (found["databases"], found["fingers"], found["impostors"]) == (2, 24, 2 * 1650)
     assert found["largest_measured_score"] == CALIBRATION.largest_measured_score
     assert found["smallest_measured_fmr"] == pytest.approx(20 / 3300)
+    low, high = found["smallest_measured_fmr_interval"]
+    assert low <= found["smallest_measured_fmr"] <= high
     assert found["highest_impostor_score"] > found["largest_measured_score"]
     text = calibration_text(found)
     assert "3,300 impostor comparisons\n              of 24 fingers (2 databases)" in text

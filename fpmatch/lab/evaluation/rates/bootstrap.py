@@ -89,22 +89,31 @@ def bootstrap_rates(
     return sets, pooled
 
 
-class RankedScores:
-    """The order of the scores of some databases, so that a draw needs only counts of its units.
+def bootstrap_fmr(impostors: Sequence[Trials], threshold: float) -> Floats:
+    """Return the FMR at a threshold for draws of fingers, databases pooled; NaN if undefined."""
+    matches, total = np.zeros((2, DEFAULT_BOOTSTRAP))
+    for k, one in enumerate(impostors):
+        reached = one.similarity >= threshold
+        for n, counts in enumerate(draw_fingers(one.fingers, DEFAULT_BOOTSTRAP, 0, k)):
+            weights = counts[one.probe] * counts[one.reference]
+            matches[n] += weights @ reached
+            total[n] += weights.sum()
+    with np.errstate(invalid="ignore"):
+        return np.asarray(matches / total)
 
-    Units are the fingers, else the comparisons, of one database after the other. A pair counts as
-    often as its first unit was drawn times its second one, -1 for none.
+
+class RankedScores:
+    """The order of the scores of some databases, so that a draw needs only counts of its fingers.
+
+    A pair counts as often as its first finger was drawn times its second one, -1 for none.
     """
 
     def __init__(self, trials: Sequence[Trials]) -> None:
-        sides, units = [], 0
+        sides, before = [], 0
         for one in trials:
-            second = np.where(one.genuine, -1, one.reference + units)
-            pairs = one.probe + units, second
-            if not one.fingers:
-                pairs = np.arange(one.genuine.size) + units, np.full(one.genuine.size, -1)
-            sides.append(np.stack(pairs))
-            units += one.fingers or one.genuine.size
+            second = np.where(one.genuine, -1, one.reference + before)
+            sides.append(np.stack([one.probe + before, second]))
+            before += one.fingers
         similarity = np.concatenate([one.similarity for one in trials])
         genuine = np.concatenate([one.genuine for one in trials])
         order = np.lexsort((similarity, ~genuine))
@@ -118,7 +127,7 @@ class RankedScores:
     def rates(self, counts: Counts, limits: Sequence[float]) -> Floats:
         """Return the EER and the FNMR at the FMRs of `limits` for a draw; NaN without both kinds.
 
-        `counts` (units,) is how often each unit was drawn.
+        `counts` is how often each finger was drawn.
         """
         drawn = np.append(counts, 1)
         genuine, impostor = (

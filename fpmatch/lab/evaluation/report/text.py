@@ -1,4 +1,4 @@
-"""The document of a report as tables of text and CSV."""
+"""The document of a report as tables of text, LaTeX and CSV."""
 
 from __future__ import annotations
 
@@ -29,6 +29,10 @@ _UNITS: Final = {
 }
 _LEAST_P: Final = 0.0001
 _IDENTICAL_SHOWN: Final = 3
+_LATEX: Final = {ord(sign): f"\\{sign}" for sign in "&%$#_{}"} | {
+    ord(sign): f"\\text{word}{{}}"
+    for sign, word in (("\\", "backslash"), ("~", "asciitilde"), ("^", "asciicircum"))
+}
 
 
 def as_text(document: dict[str, Any]) -> str:
@@ -209,16 +213,16 @@ def _points_table(document: dict[str, Any]) -> str:
 
 def check_table(path: Path) -> None:
     """Raise an OutputError if a table cannot be written to a file of this name."""
-    if path.suffix.lower() != ".csv":
-        raise OutputError(f"{path}: a table's name ends with .csv")
+    if path.suffix.lower() not in {".tex", ".csv"}:
+        raise OutputError(f"{path}: a table's name ends with .tex, .csv")
     check_writable(path)
 
 
 def save_table(path: Path, document: dict[str, Any]) -> None:
-    """Write the rates of each matcher and database as CSV, fractions with their intervals.
+    """Write the rates of each matcher and database, as LaTeX (.tex) or CSV, with their intervals.
 
-    Of several databases, all scores pooled make one more row. Raises an OutputError if the file
-    cannot be written.
+    Of several databases, all scores pooled make one more row. Rates are fractions in CSV, percent
+    in LaTeX. Raises an OutputError if the file cannot be written.
     """
     matchers = document.get("matchers", [document])
     names = defined_rates(one["pooled"] for one in matchers)
@@ -230,4 +234,19 @@ def save_table(path: Path, document: dict[str, Any]) -> None:
             for name in names:
                 cells += [row[name], *(known.get(name) or (None, None))]
             rows.append(["" if cell is None else cell for cell in cells])
-    atomic_write_bytes(path, csv_lines(rows))
+    is_csv = path.suffix.lower() == ".csv"
+    atomic_write_bytes(path, csv_lines(rows) if is_csv else _latex(rows).encode())
+
+
+def _latex(rows: list[list[Any]]) -> str:
+    """Return rows of CSV as a table, a rate and its limits in one cell."""
+    table = [[*rows[0][:4], *(RATE_TITLES[name] for name in rows[0][4::3])]]
+    for row in rows[1:]:
+        table.append(row[:4])
+        for k in range(4, len(row), 3):
+            rate, low, high = ("" if c == "" else f"{100 * c:.2f}" for c in row[k : k + 3])
+            table[-1].append(f"{rate} [{low}--{high}]" if low else rate)
+    lines = [" & ".join(str(cell).translate(_LATEX) for cell in row) + r" \\" for row in table]
+    head = rf"\begin{{tabular}}{{ll{'r' * (len(table[0]) - 2)}}}", r"\hline", lines[0], r"\hline"
+    end = r"\hline", r"\multicolumn{2}{l}{Rates in \%.} \\", r"\end{tabular}", ""
+    return "\n".join([*head, *lines[1:], *end])

@@ -65,7 +65,7 @@ def two(report):
     return [report, replace(report, matcher="fake:a_b=1,c=50%")]
 
 
-def test_the_table_has_a_row_a_matcher_and_database(two, tmp_path):
+def test_the_table_has_a_row_a_matcher_and_database_and_latex_the_same(two, tmp_path):
     document = report_document(two, bootstrap=20)
     save_table(tmp_path / "rates.csv", document)
     rows = rows_of(tmp_path / "rates.csv")
@@ -78,6 +78,16 @@ def test_the_table_has_a_row_a_matcher_and_database(two, tmp_path):
         assert float(row["eer_low"]) == limits["eer"][0]
         assert int(row["genuine"]) == of["genuine"]
     assert float(rows[2]["eer"]) == two[0].pooled.eer
+    save_table(tmp_path / "rates.tex", document)
+    text = (tmp_path / "rates.tex").read_text()
+    lines = [line.removesuffix(r" \\").split(" & ") for line in text.splitlines() if " & " in line]
+    columns = re.fullmatch(r"\\begin\{tabular\}\{(l+r+)\}", text.splitlines()[0])[1]
+    assert {len(line) for line in lines} == {len(columns)}
+    for cells, row in zip(lines[1:], rows, strict=True):
+        rate, *limits = (f"{100 * float(row[f'eer{end}']):.2f}" for end in ("", "_low", "_high"))
+        assert cells[2:5] == [row["genuine"], row["impostor"], f"{rate} [{'--'.join(limits)}]"]
+    assert r"fake:a\_b=1,c=50\%" in text
+    assert text.count("{") == text.count("}")
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from fpmatch.matching.pipeline.evidence import WEIGHTS_FILE
 from research.commands import PATH, Command, synthetic_folder, workers
 from research.databases import FINGERS, TRAINING_SEED, extract_synthetic_sets
 from research.training.evidence_quantiles import fit_amounts
-from research.training.score_fit import fit_weights
+from research.training.score_fit import as_json, fit_weights
 from research.training.score_samples import samples_of
 
 if TYPE_CHECKING:
@@ -37,5 +37,5 @@ def command(into: Path, fingers: int, prints: Path | None, workers: int | None) 
     made, alone, small = samples_of(sets, workers=workers)
     weights = fit_weights(made, alone, small, command="python -m research train score")
     weights = fit_amounts(weights, sets, workers=workers)
-    atomic_write_bytes(into, weights.as_json().encode(), public=True)
+    atomic_write_bytes(into, as_json(weights).encode(), public=True)
     click.echo(f"{into}: {weights.provenance['impostors']} impostor comparisons")

@@ -23,13 +23,20 @@ the steps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import json
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.matching.pipeline.evidence import FEATURES, RIDGE_FEATURES, ScoreModel, ScoreWeights
+from fpmatch.matching.pipeline.evidence import (
+    FEATURES,
+    MODELS,
+    RIDGE_FEATURES,
+    ScoreModel,
+    ScoreWeights,
+)
 from research.training.rounding import round_significant
 from research.training.score_samples import LOCAL_HYPOTHESES, NO_PREFILTER, NO_QUANTILES
 
@@ -230,3 +237,13 @@ def _newton(
             break
     found[-1] += odds
     return found
+
+
+def as_json(weights: ScoreWeights) -> str:
+    """Return weights as the text of a JSON file, a list for each array of a model."""
+    models = {
+        name: {key: np.asarray(value).tolist() for key, value in asdict(model).items()}
+        for name, model in zip(MODELS, weights.models, strict=True)
+    }
+    document = {"provenance": weights.provenance, "features": FEATURES, "models": models}
+    return f"{json.dumps(document, indent=1)}\n"

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 from kernel_cases import overlay
 from matching_prints import (
     even_field,
@@ -18,19 +17,12 @@ from matching_prints import (
     striped_field,
     template_of,
 )
-from matching_weights import OF_RIDGES, all_with, scored_by, some_weights
+from matching_weights import all_with, scored_by, some_weights
 from scipy.stats import poisson
 
 from fpmatch.matching.pipeline.evidence import (
-    AMOUNTS,
-    FEATURES,
     MODELS,
-    RATES,
-    STANDARD,
-    WEIGHTS_FILE,
     Evidence,
-    ScoreModel,
-    ScoreWeights,
     amount_terms,
     load_weights,
 )
@@ -172,49 +164,3 @@ def test_the_same_sum_is_worth_less_where_less_was_compared(name):
     found = [worth(*part) for part in ((4, 5000.0), (6, 8000.0), (8, 12000.0), (12, 25000.0))]
     assert found == sorted(found)
     assert worth(60, 90000.0) == pytest.approx(worth(200, 120000.0), rel=0.02)
-
-
-SHAPES = {
-    "standard": (len(MODELS), len(STANDARD), len(FEATURES)),
-    "limits": (len(MODELS), 7),
-    "quantiles": (len(MODELS), len(RATES), len(AMOUNTS)),
-}
-
-
-def of_all(weights, name):
-    """Return an array of all models in one."""
-    return np.stack([getattr(model, name) for model in weights.models])
-
-
-@given(*(arrays(np.float64, shape, elements=st.floats(-1e6, 1e6)) for shape in SHAPES.values()))
-def test_weights_read_back_are_the_same(standard, limits, quantiles):
-    models = (
-        ScoreModel(rows, bias, (base, growth, most), relaxation, refine, confident, reached)
-        for rows, (base, growth, most, relaxation, refine, confident, bias), reached in zip(
-            standard, limits.tolist(), quantiles, strict=True
-        )
-    )
-    weights = ScoreWeights(tuple(models), {"sets": ["one", "two"], "n": 3})
-    again = ScoreWeights.from_json(weights.as_json())
-    for name, given_ in (("standard", standard), ("limits", limits), ("quantiles", quantiles)):
-        for one in (weights, again):
-            found = of_all(one, name)  # as the kernel takes them
-            assert (found.shape, found.dtype) == (SHAPES[name], np.float64)
-            assert found.flags.c_contiguous
-            assert found.tolist() == given_.tolist()
-    for model, other in zip(again.models, weights.models, strict=True):
-        assert model.limits.tolist() == other.limits.tolist()
-    assert again.provenance == weights.provenance
-    assert again.as_json() == weights.as_json()
-
-
-def test_the_weights_of_the_package_are_as_they_were_written():
-    weights = load_weights()
-    text = WEIGHTS_FILE.read_text(encoding="utf-8")
-    assert weights.as_json() == text  # which holds names and order of the features
-    standard = of_all(weights, "standard")
-    assert np.isfinite(standard).all()
-    assert np.isfinite(of_all(weights, "limits")).all()
-    assert (standard[:, 1] > 0).all()
-    assert all(model.confident_threshold > model.refine_threshold for model in weights.models)
-    assert not standard[1, 2, OF_RIDGES].any()

@@ -2,12 +2,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
-from fpmatch.matching.pipeline.evidence import FEATURES, MODELS, ScoreWeights
+from fpmatch.matching.pipeline.evidence import (
+    AMOUNTS,
+    FEATURES,
+    MODELS,
+    RATES,
+    STANDARD,
+    WEIGHTS_FILE,
+    ScoreModel,
+    ScoreWeights,
+    load_weights,
+)
 from research.training.score_fit import (
     OF_RIDGES,
     FitParameters,
     _prefilter,
+    as_json,
     best_hypotheses,
     fit_model,
     fit_weights,
@@ -73,12 +87,12 @@ def test_the_models_are_fitted_to_samples_of_their_own_and_always_the_same():
     samples = [sample(1, count=300), sample(2, count=200, lost=50)]
     arguments = samples, [sample(1, count=100, ridges=False)], [sample(3)]
     weights = fit_weights(*arguments, command="make weights")
-    assert weights.as_json() == fit_weights(*arguments, command="make weights").as_json()
+    assert as_json(weights) == as_json(fit_weights(*arguments, command="make weights"))
     found = weights.provenance
     assert found["sets"] == ["set 1", "set 2"]
     assert (found["genuine"], found["impostors"]) == (550, 500)
     assert found["command"] == "make weights"
-    read = ScoreWeights.from_json(weights.as_json()).models
+    read = ScoreWeights.from_json(as_json(weights)).models
     assert [model.standard.shape for model in read] == [(4, N)] * len(MODELS)
     first, second, small = weights.models
     assert (first.standard[2, OF_RIDGES] != 0).tolist() == [True, True, False]
@@ -143,3 +157,49 @@ def test_of_several_hypotheses_that_of_the_greatest_sum_counts():
     assert fit_model([either], parameters=FitParameters(turns=8)).standard[2, 0] > 0
     best = [best_hypotheses(o.features, expected.standard, expected.bias) for o in (either, plain)]
     assert best[0][1] == pytest.approx(best[1][1], rel=1e-12)
+
+
+SHAPES = {
+    "standard": (len(MODELS), len(STANDARD), len(FEATURES)),
+    "limits": (len(MODELS), 7),
+    "quantiles": (len(MODELS), len(RATES), len(AMOUNTS)),
+}
+
+
+def of_all(weights, name):
+    """Return an array of all models in one."""
+    return np.stack([getattr(model, name) for model in weights.models])
+
+
+@given(*(arrays(np.float64, shape, elements=st.floats(-1e6, 1e6)) for shape in SHAPES.values()))
+def test_weights_read_back_are_the_same(standard, limits, quantiles):
+    models = (
+        ScoreModel(rows, bias, (base, growth, most), relaxation, refine, confident, reached)
+        for rows, (base, growth, most, relaxation, refine, confident, bias), reached in zip(
+            standard, limits.tolist(), quantiles, strict=True
+        )
+    )
+    weights = ScoreWeights(tuple(models), {"sets": ["one", "two"], "n": 3})
+    again = ScoreWeights.from_json(as_json(weights))
+    for name, given_ in (("standard", standard), ("limits", limits), ("quantiles", quantiles)):
+        for one in (weights, again):
+            found = of_all(one, name)  # as the kernel takes them
+            assert (found.shape, found.dtype) == (SHAPES[name], np.float64)
+            assert found.flags.c_contiguous
+            assert found.tolist() == given_.tolist()
+    for model, other in zip(again.models, weights.models, strict=True):
+        assert model.limits.tolist() == other.limits.tolist()
+    assert again.provenance == weights.provenance
+    assert as_json(again) == as_json(weights)
+
+
+def test_the_weights_of_the_package_are_as_they_were_written():
+    weights = load_weights()
+    text = WEIGHTS_FILE.read_text(encoding="utf-8")
+    assert as_json(weights) == text  # which holds names and order of the features
+    standard = of_all(weights, "standard")
+    assert np.isfinite(standard).all()
+    assert np.isfinite(of_all(weights, "limits")).all()
+    assert (standard[:, 1] > 0).all()
+    assert all(model.confident_threshold > model.refine_threshold for model in weights.models)
+    assert not standard[1, 2, OF_RIDGES].any()

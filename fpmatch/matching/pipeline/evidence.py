@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -153,18 +153,9 @@ class ScoreWeights:
         typical = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(typical, small), typical)
         return np.asarray(np.where(both & (area <= fixed.SMALL_AREA_PX2), small, typical))
 
-    def as_json(self) -> str:
-        """Return the weights as the text of a JSON file, a list for each array of a model."""
-        models = {
-            name: {key: np.asarray(value).tolist() for key, value in asdict(model).items()}
-            for name, model in zip(MODELS, self.models, strict=True)
-        }
-        document = {"provenance": self.provenance, "features": FEATURES, "models": models}
-        return f"{json.dumps(document, indent=1)}\n"
-
     @classmethod
     def from_json(cls, text: str) -> ScoreWeights:
-        """Read what `as_json` wrote."""
+        """Read what ``python -m research train score`` wrote."""
         document, models = json.loads(text), []
         for name in MODELS:
             entries: dict[str, Any] = document["models"][name]

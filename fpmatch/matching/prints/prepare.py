@@ -65,16 +65,18 @@ def encode(
     """Encode the minutiae (4, N) of a print as `prepared.encode` does."""
     r, n, count, frame = region, len(quality), neighbours.count, neighbours.frame
     coded, direction_bin = which_encoded(quality).view(np.uint8), direction_bins(points)
+    xy, places = points[:2].T, fixed.FLOW_PLACES
+    if scale != 1.0:
+        xy, places = scale * xy, places / scale
     angle = np.arctan2(frame[:, 3], frame[:, 2])
     neighbour_bits = np.empty((n, fixed.NEIGHBOUR_WORDS), np.uint16)
     encode_neighbours(count, frame, angle, coded, scale / parameters.cell_px, neighbour_bits)
     orientation_bins = np.full((n, fixed.ORIENTATION_WORDS), fixed.UNKNOWN_BIN, np.uint8)
     if r.has_flow:
         area = r.code, r.first_row, r.first_column, r.step
-        places = fixed.FLOW_PLACES / scale
         encode_orientations(points, direction_bin, *area, places, orientation_bins)
-    xy = np.ascontiguousarray(scale * points[:2].T, np.float32)
-    return BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, r.has_flow)
+    at = np.ascontiguousarray(xy, np.float32)
+    return BitDescriptors(at, direction_bin, neighbour_bits, orientation_bins, r.has_flow)
 
 
 def prefilter_of(descriptors: BitDescriptors, parameters: MatchParameters = USUAL) -> Prefilter:

@@ -271,9 +271,10 @@ def prepare_by(
     quality = qualities(minutiae.quality, p.usual_quality)
     described = neighbourhoods(points, p)
     bits = encode(points, quality, described, region, p)
-    frame = *region.code.shape, region.first_row, region.first_column, region.has_flow, region.step
-    content = points, quality, region.code, _FRAME.pack(*frame), region.ridges
-    key = b"".join(b"" if one is None else bytes(one) for one in content)
+    r = region
+    frame = _FRAME.pack(*r.code.shape, r.first_row, r.first_column, r.has_flow, r.step)
+    ridges = b"" if r.ridges is None else r.ridges.tobytes()
+    key = points.tobytes() + quality.tobytes() + r.code.tobytes() + frame + ridges
     return PreparedTemplate(points, quality, index, described, region, bits, to_500dpi, key)
 
 

@@ -13,11 +13,7 @@ from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.reference.pair_mesh import PairMesh, mesh_of_pairs, predict
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-    Numbers = NDArray[np.intp]
-    Plane = NDArray[np.complex128]
+    from fpmatch.matching.reference.pair_mesh import Floats, Move, Numbers, Plane
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +24,7 @@ class Pairing:
     b: Floats  # (4, M)
     partner: Numbers  # (N,): the partner in B, or -1
     weight: Floats  # (N,)
-    move: tuple[complex, complex] = (1 + 0j, 0j)  # linear, shift
+    move: Move = (1 + 0j, 0j)  # linear, shift
     parameters: MatchParameters = USUAL
 
     @property

@@ -30,10 +30,8 @@ if TYPE_CHECKING:
     from fpmatch.matching.pipeline.evidence import ScoreModel
     from fpmatch.matching.prints.prepared import PreparedTemplate, PrintArea
     from fpmatch.matching.reference.alignment import Pairing
+    from fpmatch.matching.reference.pair_mesh import Floats, Plane
     from fpmatch.matching.reference.relaxation import Candidates
-
-    Floats = NDArray[np.float64]
-    Plane = NDArray[np.complex128]
 
 
 def weigh(

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.intp]
     Plane = NDArray[np.complex128]
+    Move = tuple[complex, complex]  # linear, shift
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +49,7 @@ def mesh_of_pairs(
     a: Plane,
     b: Plane,
     partner: Numbers,
-    move: tuple[complex, complex],
+    move: Move,
     p: MatchParameters = USUAL,
 ) -> PairMesh:
     """Triangulate the pairs; of those whose minutiae of A coincide, the first."""
@@ -150,9 +151,7 @@ def _rings(at: Plane, vertex: Plane, owner: Numbers, triangles: Numbers) -> Numb
     return np.take_along_axis(angle.argsort(axis=1), rank, axis=1)
 
 
-def predict(
-    mesh: PairMesh, direction: Plane, move: tuple[complex, complex]
-) -> tuple[Plane, Plane, Floats]:
+def predict(mesh: PairMesh, direction: Plane, move: Move) -> tuple[Plane, Plane, Floats]:
     """Predict places and directions of A's minutiae in B, and how far the nearest other pair is.
 
     A minutia is a weighted mean of its ring by eq. (4), and so is its image; its direction turns as

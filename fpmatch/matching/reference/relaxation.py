@@ -13,9 +13,7 @@ from fpmatch.matching.parameters import USUAL, MatchParameters
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
-    Numbers = NDArray[np.intp]
-    Plane = NDArray[np.complex128]
+    from fpmatch.matching.reference.pair_mesh import Floats, Numbers
 
 
 @dataclass(frozen=True, slots=True, eq=False)

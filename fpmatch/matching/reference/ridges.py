@@ -21,13 +21,9 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.prints.prepared import PreparedTemplate, PrintArea
     from fpmatch.matching.reference.alignment import Pairing
-    from fpmatch.matching.reference.pair_mesh import PairMesh
+    from fpmatch.matching.reference.pair_mesh import Floats, Move, Numbers, PairMesh, Plane
 
     Bits = NDArray[np.bool_]
-    Floats = NDArray[np.float64]
-    Plane = NDArray[np.complex128]
-    Numbers = NDArray[np.intp]
-    Move = tuple[complex, complex]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,9 +184,8 @@ def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[n
     padded = np.zeros((rows + 2 * edge, columns + 2 * edge), bool)
     padded[edge:-edge, edge:-edge] = picture
     windows = sliding_window_view(padded, (fixed.SHIFTS, fixed.SHIFTS))
-    seen = (u >= 0.0) & (u < columns + 3 * bits) & (v >= 0.0) & (v < rows + 3 * bits)
-    theirs = np.zeros((*u.shape, fixed.SHIFTS, fixed.SHIFTS), bool)
-    theirs[seen] = windows[v[seen].astype(np.intp), u[seen].astype(np.intp)]
+    u, v = np.clip(u, 0.0, columns + 3.0 * bits), np.clip(v, 0.0, rows + 3.0 * bits)
+    theirs = windows[v.astype(np.intp), u.astype(np.intp)]
     agreeing = np.sum(theirs == ours[:, :, None, None], axis=1, dtype=np.uint16)
     return np.asarray(agreeing)
 

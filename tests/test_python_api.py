@@ -73,7 +73,7 @@ def test_what_is_shown_is_short_and_escaped(template, result):
     rates = error_rates([3.0, 2.0], [1.0, 0.5])
     scores = unnamed_set(np.array([3.0, 2.0]), np.array([1.0, 0.5]), name=EVIL)
     failures = tuple((f"{k}_{EVIL}.tif", EVIL) for k in range(500))
-    row = SetRates(scores, rates, None, failures)
+    row = SetRates(scores, rates, failures)
     for one in (
         *(template, fpmatch.Template(many, 2000, 2000), many, template.minutiae[0], template.field),
         *(result, dataclasses.replace(result, match=False, reason=EVIL), result.overlay()),

@@ -45,7 +45,6 @@ fpmatch = Program(
         "help_option_names": ["-h", "--help"],
         "max_content_width": 100,
         "show_default": True,
-        "token_normalize_func": lambda word: word.replace("imposter", "impostor"),
     },
     epilog="""\b
 Examples:

@@ -90,7 +90,7 @@ def _database(folder: Path) -> Images:
     dataset = load_dataset(folder)
     for impression in dataset.impressions:
         image = read_image(impression.path, polarity="dark")
-        grey, _ = resample(image.pixels, dataset.dpi or image.dpi or STANDARD_DPI)
+        grey, _ = resample(image.pixels, impression.dpi or image.dpi or STANDARD_DPI)
         assessed = assess(GreyImage(grey), STANDARD_DPI)
         yield grey, assessed.stages()["mask"]
 

@@ -75,7 +75,7 @@ def read_database(folder: Path) -> DatabaseCheck:
     check, fingers = DatabaseCheck(dataset.name), set()
     for impression in dataset.impressions:
         image = read_image(impression.path, polarity="dark")
-        dpi = dataset.dpi or image.dpi or STANDARD_DPI
+        dpi = impression.dpi or image.dpi or STANDARD_DPI
         check.images += 1
         if any(reason.code == WRONG for reason in assess(image, dpi).quality.reasons):
             check.doubted.append(impression.path.name)

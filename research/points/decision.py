@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
 from fpmatch.matching.matchers.paper import PaperMatcher
 from research.commands import Command, folders, json_file, print_and_write
@@ -27,8 +26,7 @@ def command(folders: tuple[Path, ...], json_file: Path | None) -> None:
 
     DIR are FVC-style databases, compared as by `fpmatch evaluate --protocol extended`.
     """
-    sets = with_unique_names(load_datasets(folders))
-    (report,) = evaluate_matchers(sets, [PaperMatcher()], workers=1)
+    (report,) = evaluate_matchers(load_datasets(folders), [PaperMatcher()], workers=1)
     rows = [
         count_accepted(one.name, one.trials.similarity, one.trials.genuine) for one in report.scores
     ]

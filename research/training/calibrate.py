@@ -6,9 +6,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import click
+import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.lab.evaluation.calibrate import calibrate_on
+from fpmatch.lab.evaluation.calibrate import calibrate_on, fit_calibration
 from fpmatch.lab.evaluation.run import evaluate_matchers
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, Calibration
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
@@ -90,8 +91,12 @@ def command(
             impostors = _impostors_by_form(real, made, workers)
             shares = [share / len(real) for share in (WITH_RIDGES, ALONE) for _ in real]
             shares += [WITH_RIDGES, ALONE]
-            calibration = calibrate_on(impostors, name, origin, shares=shares)
-            known = calibration.provenance  # which counts every finger twice
+            counts = np.array([one.similarity.size for one in impostors])
+            weights = np.repeat(np.array(shares) / np.maximum(counts, 1), counts)
+            calibration = fit_calibration(
+                np.concatenate([one.similarity for one in impostors]), weights
+            )
+            known = calibrate_on(impostors, name, origin).provenance  # counts every finger twice
             halved = {**known, "fingers": known["fingers"] // 2}
             calibration = replace(calibration, provenance=halved)
         else:

@@ -3,7 +3,6 @@
 import os
 import secrets
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -27,31 +26,12 @@ def cache(tmp_path, monkeypatch):
     return tmp_path / "cache"
 
 
-def start_cluster(workers=2, threads=1):
-    """Start a cluster of Dask on this machine."""
-    distributed = pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
-    here = {"host": "127.0.0.1", "dashboard_address": ":0", "silence_logs": 60}
-    return distributed.LocalCluster(n_workers=workers, threads_per_worker=threads, **here)
-
-
-def kill_one(address, when):
-    """Return a progress that kills a worker of a cluster once, and the list of those alive."""
-    import distributed
-
-    with distributed.Client(address, set_as_default=False) as client:
-        alive = sorted(client.run(os.getpid).values())
-
-    def progress(stage, done, total, *_):
-        if len(alive) == 2 and when(stage, done, total):
-            os.kill(alive.pop(), signal.SIGKILL)
-
-    return progress, alive
-
-
 @pytest.fixture
 def local_cluster():
     """Return a cluster of two workers on this machine, of this test alone."""
-    with start_cluster() as started:
+    distributed = pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
+    here = {"host": "127.0.0.1", "dashboard_address": ":0", "silence_logs": 60}
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, **here) as started:
         yield started
 
 
@@ -118,13 +98,6 @@ def source(tmp_path, monkeypatch):
     make_keys(source)
     monkeypatch.setenv("FPMATCH_KEY", source)
     return source
-
-
-def remove_key(source, key_id):
-    """Delete the line of a key from its file."""
-    path = Path(source.removeprefix("file:"))
-    lines = [line for line in path.read_text().splitlines() if not line.startswith(key_id)]
-    path.write_text("\n".join(lines))
 
 
 @pytest.fixture

@@ -92,19 +92,9 @@ def test_points_of_any_magnitude_are_drawn(tmp_path, sets, factor, move):
     save_point_plot(tmp_path / "plot.png", p, q, match)
 
 
-@pytest.mark.parametrize(
-    ("name", "reason"),
-    [
-        ("plot.gif", "a plot's name ends with .png, .svg, .pdf"),
-        ("file/plot.png", "cannot be written: not a directory"),
-        ("folder.png", "cannot be written: it is a folder"),
-    ],
-)
-def test_where_no_plot_can_go(tmp_path, sets, match, name, reason):
-    (tmp_path / "folder.png").mkdir()
-    (tmp_path / "file").touch()
-    for refuse in (check_plot, lambda path: save_point_plot(path, *sets, match)):
-        with pytest.raises(OutputError) as caught:
-            refuse(tmp_path / name)
-        assert str(caught.value) == f"{tmp_path / name}: {reason}"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder.png"]
+def test_where_no_plot_can_go(tmp_path, sets, match):
+    for name, reason in (("a.gif", "a plot's name ends with .png"), ("no/a.png", "no such folder")):
+        for refuse in (check_plot, lambda path: save_point_plot(path, *sets, match)):
+            with pytest.raises(OutputError, match=reason):
+                refuse(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []

@@ -7,6 +7,6 @@ from fpmatch.lab.evaluation.databases.dataset import Dataset, Impression
 
 def extracted_set(templates, name="made"):
     """Return a database of templates by finger and number; None where there is none."""
-    taken = tuple(Impression(f, k, Path(f"{f}_{k}.tif")) for f, k in templates)
+    taken = tuple(Impression(str(f), Path(f"{f}_{k}.tif"), f"{f}_{k}.tif") for f, k in templates)
     given = tuple(templates.values())
-    return Dataset(name, 500.0, "", taken, name, templates=given)
+    return Dataset(name, taken, name, templates=given)

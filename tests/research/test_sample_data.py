@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.points.match import match_points
 from fpmatch.lab.points.points_csv import load_points
@@ -41,10 +42,11 @@ def pixels_of(name):
 
 
 def test_the_folder_is_an_fvc_style_dataset_of_four_by_four():
-    prints = [(i.finger, i.number) for i in DATASET.impressions]
+    prints = [tuple(map(int, name.split("_"))) for name in NAMES]
     assert prints == [(f, m) for f in range(101, 105) for m in range(1, 5)]
-    assert DATASET.dpi == 500
-    assert DATASET.sensor == "synthetic optical-388x374, synthetic optical-328x364"
+    assert {one.dpi for one in DATASET.impressions} == {500}
+    sensors = "synthetic optical-388x374, synthetic optical-328x364"
+    assert read_dataset_info(FOLDER).sensor == sensors
 
 
 @pytest.mark.parametrize("name", NAMES)

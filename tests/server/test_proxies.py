@@ -3,6 +3,7 @@
 import re
 import shutil
 import socket
+import ssl
 import subprocess
 from contextlib import suppress
 from pathlib import Path
@@ -46,12 +47,11 @@ def nginx(folder, port, behind):
 
 def caddy(folder, port, behind):
     """Return the command that runs the site of the page, with a certificate of its own."""
-    site = block(re.escape(NAME)).replace(NAME, f"{NAME}:{port}", 1)
+    site = block(r"\{\n    servers").replace(NAME, f"{NAME}:{port}", 1)
     site = site.replace("127.0.0.1:8000", f"127.0.0.1:{behind}").rstrip().removesuffix("}")
-    options = (
-        f"{{\nadmin off\nauto_https disable_redirects\nstorage file_system {folder}/kept\n}}\n"
-    )
-    (folder / "Caddyfile").write_text(f"{options}{site}    tls internal\n}}\n")
+    options = "admin off\nskip_install_trust\nauto_https disable_redirects\n"
+    options += f"storage file_system {folder}/kept\n"
+    (folder / "Caddyfile").write_text(f"{{\n{options}{site[2:]}    tls internal\n}}\n")
     return ["caddy", "run", "--adapter", "caddyfile", "--config", f"{folder}/Caddyfile"]
 
 
@@ -65,6 +65,8 @@ def test_a_proxy_passes_requests_on_and_bounds_them(configured, sent, tmp_path):
     hosts, limits = (NAME, "127.0.0.1"), Limits(file_megabytes=2.0)
     options = {"verify": False, "trust_env": False, "headers": {"host": NAME}, "timeout": 60}
     sni = {"sni_hostname": NAME}
+    unverified = ssl.create_default_context()
+    unverified.check_hostname, unverified.verify_mode = False, ssl.CERT_NONE
 
     def answers():
         assert proxy.poll() is None, proxy.stdout.read()
@@ -82,11 +84,16 @@ def test_a_proxy_passes_requests_on_and_bounds_them(configured, sent, tmp_path):
     ):
         try:
             wait_until(answers)
+            slow = socket.create_connection(("127.0.0.1", port), 15)
+            slow = unverified.wrap_socket(slow, server_hostname=NAME)
+            slow.sendall(b"GET / HTTP/1.1\r\n")
             files = sent(probe="1_1.png", reference="1_1.png")
             same = client.post("/verify", files=files, extensions=sni)
             assert same.json()["identical"] == "pixels"
             # Caddy says that the server closed the connection: nginx reads all before it passes on
             large = client.post("/verify", content=bytes(67_000_000), extensions=sni)
             assert large.status_code in {413, 502}
+            assert b"200" not in slow.recv(99)  # within 15 s
+            slow.close()
         finally:
             proxy.terminate()

@@ -20,7 +20,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 import numpy as np
 
@@ -182,51 +182,64 @@ class PrintNames:
         return ending.pop() if len(ending) == 1 else None
 
 
-class ListedPairs:
-    """The pairs of a list, in its order; `probes` and `references` are the names of the prints.
+class GivenPairs:
+    """Given pairs, in their order.
 
-    Raises a `ScoringError` if the list cannot be read, is empty, or names a print that is not
-    there.
+    `probe`, `reference` (N,) are the numbers of the prints, `genuine` (N,) is as in `PairChunk`.
+    `name` stands for the pairs in `identity`.
     """
 
     def __init__(
         self,
-        path: str | os.PathLike[str],
-        probes: PrintNames,
-        references: PrintNames,
+        probe: NDArray[Any],
+        reference: NDArray[Any],
+        genuine: NDArray[Any],
         *,
+        name: str,
         pairs_per_chunk: int = 512,
     ) -> None:
+        self.probe, self.reference, self.genuine = probe, reference, genuine
         self._size = pairs_per_chunk
-        # 9 bytes a pair: less than the rows of the output
-        numbers, genuine = array("i"), array("b")
-        for row in iterate_pairs(path):
-            sides = ((PROBE, probes, row.probe), (REFERENCE, references, row.reference))
-            for side, names, name in sides:
-                number = names.find(name)
-                if number is None:
-                    raise _list_error(path, row.line, f"there is no {side} {name!r}")
-                numbers.append(number)
-            genuine.append(-1 if row.genuine is None else row.genuine)
-        if not numbers:
-            raise ScoringError("the list holds no pairs", path=path, code="empty")
-        self._pairs = np.array(numbers, np.int32).reshape(-1, 2)
-        self._genuine = np.array(genuine, np.int8) if max(genuine) >= 0 else None
-        self.number_of_chunks = -(-len(self._pairs) // pairs_per_chunk)
-        self.probes: Sequence[int] = np.unique(self._pairs[:, 0]).tolist()
-        self.references: Sequence[int] = np.unique(self._pairs[:, 1]).tolist()
-        digest = hashlib.sha256(numbers.tobytes() + genuine.tobytes()).hexdigest()
-        self.identity = f"listed {digest} by {pairs_per_chunk}"
+        self.number_of_chunks = -(-len(self) // pairs_per_chunk)
+        self.probes: Sequence[int] = np.unique(probe).tolist()
+        self.references: Sequence[int] = np.unique(reference).tolist()
+        content = np.stack([probe, reference, genuine])
+        digest = hashlib.sha256(content.tobytes()).hexdigest()
+        self.identity = f"{name} {digest} by {pairs_per_chunk}"
 
     def __len__(self) -> int:
-        return len(self._pairs)
+        return len(self.probe)
 
     def chunks(self, start: int = 0) -> Iterator[PairChunk]:
         """Yield the pairs, as `Plan` says."""
-        for k in range(start * self._size, len(self._pairs), self._size):
+        for k in range(start * self._size, len(self), self._size):
             part = slice(k, k + self._size)
-            genuine = None if self._genuine is None else self._genuine[part]
-            yield PairChunk(self._pairs[part, 0], self._pairs[part, 1], genuine)
+            sides = self.probe[part].astype(np.int32), self.reference[part].astype(np.int32)
+            yield PairChunk(*sides, self.genuine[part].astype(np.int8))
+
+
+def listed_pairs(
+    path: str | os.PathLike[str], probes: PrintNames, references: PrintNames, **how: Any
+) -> GivenPairs:
+    """Return the pairs of a list; `probes` and `references` are the names of the prints.
+
+    Raises a `ScoringError` if the list cannot be read, is empty, or names a print that is not
+    there.
+    """
+    # 9 bytes a pair: less than the rows of the output
+    numbers, genuine = array("i"), array("b")
+    for row in iterate_pairs(path):
+        sides = ((PROBE, probes, row.probe), (REFERENCE, references, row.reference))
+        for side, names, name in sides:
+            number = names.find(name)
+            if number is None:
+                raise _list_error(path, row.line, f"there is no {side} {name!r}")
+            numbers.append(number)
+        genuine.append(-1 if row.genuine is None else row.genuine)
+    if not numbers:
+        raise ScoringError("the list holds no pairs", path=path, code="empty")
+    probe, reference = np.array(numbers, np.int32).reshape(-1, 2).T
+    return GivenPairs(probe, reference, np.array(genuine, np.int8), name="listed", **how)
 
 
 def find_identical_pairs(

@@ -15,10 +15,10 @@ from fpmatch._version import __version__
 from fpmatch.gallery.batch.compare import ComparisonTask, PairComparer, Print
 from fpmatch.gallery.batch.plan import (
     AllPairs,
-    ListedPairs,
     PrintNames,
     find_identical_pairs,
     iterate_pairs,
+    listed_pairs,
 )
 from fpmatch.gallery.batch.score_file import HEADER, check_format
 from fpmatch.gallery.batch.sources import open_source
@@ -47,7 +47,7 @@ IDENTICAL_NAMED: Final = 20  # pairs of identical prints that a summary names
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
 COMPARE: Final = "compare"
-_FORMAT: Final = "8"  # of the state of an unfinished run
+_FORMAT: Final = "9"  # of the state of an unfinished run
 
 
 def calibration_of(matcher: str) -> Calibration | None:
@@ -118,7 +118,7 @@ def score(
 
     The sides are folders of prints, manifests or galleries, and `reading`, as ``dpi=500``, is as
     for `open_source`. The output is a ``.csv`` file. The `pairs` come from a
-    list (see `ListedPairs`) or all (see `AllPairs`). Only rows whose score, by the
+    list (see `listed_pairs`) or all (see `AllPairs`). Only rows whose score, by the
     `calibration` (default: the package's own for the matcher), reaches the `threshold` are kept,
     and those without a score. The `engine` is entered here (default: this process); `progress`
     is called with the stages "references", "probes" (in prints) and "compare" (in pairs). With
@@ -256,5 +256,5 @@ def _planned(
         return AllPairs(len(probes.names), len(references.names))
     if isinstance(pairs, str | os.PathLike):
         names = (PrintNames(side.place, side.names) for side in (probes, references))
-        return ListedPairs(pairs, *names)
+        return listed_pairs(pairs, *names)
     return pairs

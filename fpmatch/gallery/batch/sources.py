@@ -19,7 +19,7 @@ from fpmatch.gallery.engine.workers import attempt_each
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import NamePattern, entry_names
 from fpmatch.gallery.listing.manifest import kind_of
-from fpmatch.gallery.listing.prints import find_prints, folder_reader, read_one_print
+from fpmatch.gallery.listing.prints import extract_print, find_prints, folder_reader
 from fpmatch.gallery.store.stored_template import (
     MAGIC,
     minutiae_digest,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import Label, PrintFile
-    from fpmatch.gallery.listing.prints import Reader
+    from fpmatch.gallery.listing.prints import ExtractedPrint, Reader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.templates.minutiae import Template
@@ -261,11 +261,13 @@ def _extract(opened: OpenedPrint) -> StoredTemplate:
     file, content = opened
     if isinstance(content, FpmatchError):
         raise content
-    given = read_one_print(file, lambda _: content)
-    notes = tuple(note for note in given.notes if note != ASSUMED_DPI)
-    quality = None if given.quality is None else given.quality.score
-    beside = given.dpi_assumed, notes, quality, minutiae_digest(given.template)
-    return StoredTemplate(pack(given.template), "", *beside)
+    return stored(extract_print(file, lambda _: content, graded=True))
+
+
+def stored(made: ExtractedPrint) -> StoredTemplate:
+    """Return a print with its template in bytes."""
+    beside = made.dpi_assumed, made.notes, made.quality, minutiae_digest(made.template)
+    return StoredTemplate(pack(made.template), "", *beside)
 
 
 def _state(file: PrintFile) -> tuple[str, int, int, float | None]:

@@ -39,8 +39,8 @@ STATE_FILE: Final = "state.db"
 SAVE_EVERY_S: Final = 0.5  # of work between two saved positions, about
 _PURPOSE: Final = b"unfinished batch"
 _TABLES: Final = (
-    "CREATE TABLE IF NOT EXISTS run (what TEXT NOT NULL)",
-    "CREATE TABLE IF NOT EXISTS position (chunks INT, pairs INT, rows INT, bytes INT, failed INT)",
+    """CREATE TABLE IF NOT EXISTS run (
+    what TEXT NOT NULL, chunks INT, pairs INT, rows INT, bytes INT, failed INT)""",
     """CREATE TABLE IF NOT EXISTS item (
     side TEXT, number INT, data BLOB, reason TEXT NOT NULL, dpi_assumed INT NOT NULL,
     notes TEXT NOT NULL, quality INT, digest BLOB NOT NULL, PRIMARY KEY (side, number)
@@ -104,8 +104,8 @@ class Unfinished:
                 self._database.execute(table)
             kept = self._database.execute("SELECT what FROM run").fetchone()
             if kept is None:
-                self._database.execute("INSERT INTO run VALUES (?)", [json.dumps(dict(run))])
-                self._database.execute("INSERT INTO position VALUES (0, 0, 0, 0, 0)")
+                begun = json.dumps(dict(run)), *Position()
+                self._database.execute("INSERT INTO run VALUES (?, ?, ?, ?, ?, ?)", begun)
                 return
         try:
             other = dict(json.loads(kept[0]))
@@ -130,7 +130,7 @@ class Unfinished:
         with each position.
         """
         with self._writing():
-            start = Position(*self._database.execute("SELECT * FROM position").fetchone())
+            start = Position(*self._database.execute("SELECT * FROM run").fetchone()[1:])
         if start.size and not self._rows_file.exists():  # put in place by a run that was killed
             start = Position()
             self._set_position(start)
@@ -153,7 +153,10 @@ class Unfinished:
                 self._save(stream, position)
                 raise
             flush(stream, self._lasting)
-        self._finish()
+        with self._writing():
+            self._rows_file.replace(self.output)
+            self._database.close()
+            shutil.rmtree(self.folder)
         return start, position
 
     @contextmanager
@@ -176,15 +179,8 @@ class Unfinished:
 
     def _set_position(self, position: Position) -> None:
         with self._writing(), self._database:
-            what = "UPDATE position SET chunks = ?, pairs = ?, rows = ?, bytes = ?, failed = ?"
+            what = "UPDATE run SET chunks = ?, pairs = ?, rows = ?, bytes = ?, failed = ?"
             self._database.execute(what, position)
-
-    def _finish(self) -> None:
-        """Put the file in place, and delete the state."""
-        with self._writing():
-            self._rows_file.replace(self.output)
-            self._database.close()
-            shutil.rmtree(self.folder)
 
     def collect(
         self,

@@ -16,7 +16,6 @@ from fpmatch.cli.options import (
 )
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import (
-    key_option,
     pattern_option,
     places_argument,
     workers_option,
@@ -42,20 +41,18 @@ impressions give 2,880 impostor comparisons, 100 fingers 316,800.
 \b
 Examples:
   fpmatch calibrate prints -o calibration.json
-  fpmatch calibrate prints.db -o calibration.json
   fpmatch evaluate prints --matcher unit-circle:beyond_share=0 --scores scores.csv
   fpmatch calibrate scores.csv -o calibration.json
   fpmatch verify probe.tif reference.tif --calibration calibration.json
 """,
 )
-@places_argument("sources", metavar="SCORES|DIR|MANIFEST|GALLERY...")
+@places_argument("sources", metavar="SCORES|DIR|MANIFEST...")
 @output_option(metavar="OUT.json", help="Where to write the calibration.")
 @pattern_option
 @reading_options
 @matcher_option
 @json_option
 @workers_option
-@key_option
 def calibrate(
     sources: tuple[str, ...],
     output: Path,
@@ -69,14 +66,13 @@ def calibrate(
 ) -> None:
     """Fit scores to the false match rates of one's own prints.
 
-    The prints of DIR, MANIFEST and GALLERY are as for fpmatch evaluate; each SCORES is a file of
-    fpmatch evaluate --scores or fpmatch score, of the default matcher only those with
-    beyond_share=0. At least 1,000 impostor comparisons are needed. The
-    largest measured score is printed: scores beyond are extrapolated.
+    The prints of DIR and MANIFEST are as for fpmatch evaluate; each SCORES is a file of fpmatch
+    evaluate --scores or fpmatch score, of the default matcher only those with beyond_share=0. At
+    least 1,000 impostor comparisons are needed. The largest measured score is printed: scores
+    beyond are extrapolated.
     """
     from fpmatch.base.output import atomic_write_bytes, check_writable
     from fpmatch.lab.evaluation import calibrate as fitting
-    from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.prints.reading import PrintReader
 
     check_writable(output)
@@ -88,9 +84,9 @@ def calibrate(
             matcher=chosen,
             workers=workers,
             progress=bars.show,
-            pattern=pattern,
-            dpi=dpi,
-            reading=Reading(PrintReader(raw, quiet=True), polarity),
+            naming={"pattern": pattern, "dpi": dpi},
+            reader=PrintReader(raw, quiet=True),
+            polarity=polarity,
         )
     calibration = fitting.calibrate_on(impostors, chosen.name, "fpmatch calibrate")
     atomic_write_bytes(output, calibration.as_json().encode(), public=True)

@@ -10,15 +10,15 @@ import click
 import numpy as np
 
 from fpmatch.base.output import atomic_write_bytes, check_writable
-from fpmatch.base.parameters import Parameter, parameters_of, read_parameters
+from fpmatch.base.parameters import Parameter, read_parameters
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import show
 from fpmatch.cli.options import FILE, file_option, json_option
-from fpmatch.errors import PointSetError, did_you_mean, unknown_name
+from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.lab.plots.style import check_plot, match_facts
 from fpmatch.lab.points.match import POINT_MATCHERS, match_points
 from fpmatch.lab.points.points_csv import load_table
-from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters
+from fpmatch.pointset.paper.matcher import DEFAULT_RHO
 from fpmatch.printable import json_text, printable
 from fpmatch.prints.report import LABEL_WIDTH, verdict
 
@@ -28,11 +28,7 @@ if TYPE_CHECKING:
     from fpmatch.lab.points.points_csv import PointTable
     from fpmatch.pointset.geometry.point_match import PointMatch
 
-_AREAS: Final = "area_tolerance"
-_PARAMETERS: Final = {
-    "rho": Parameter("rho", DEFAULT_RHO, "share of points paired", "", 0, 1),
-    _AREAS: parameters_of(UnitCircleParameters())[_AREAS],
-}
+_RHO: Final = Parameter("rho", DEFAULT_RHO, "share of points paired", "", 0, 1)
 _PAIR_COLUMNS: Final = ("p", "q", "p_x", "p_y", "q_x", "q_y", "distance", "p_name", "q_name")
 
 
@@ -60,7 +56,7 @@ JSON:
   equal_maps     how many maps were found that fit equally well, where there are several, as of a
                  regular grid; there is no match then; else 1
   points         how many points P and Q have
-  matcher, tolerance, rho, area_tolerance, p, q: as given; null where not
+  matcher, tolerance, rho, p, q: as given; null where not
   reflect: where it is given
 
 \b
@@ -69,8 +65,7 @@ Matchers:
                  where so many pairs are not to be expected by chance
   paper          the method of Choi, Lee and Lee; matches where more than a share rho of the
                  points of the smaller set is paired (default 0.6, the least of the paper's
-                 experiments); area_tolerance, which the paper does not give, is the largest
-                 difference in area of similar rings on the unit circle (default 0.1)
+                 experiments)
   van-wamelen    the paper's baseline; matches where a share rho of P is paired (default 0.6)
 """,
     epilog="""\b
@@ -134,8 +129,7 @@ def points(
     names = printable(p), printable(q)
     tables = load_table(p), load_table(q)
     try:
-        sets = (table.points for table in tables)
-        match = match_points(*sets, reflect=reflect, **given)
+        match = match_points(*(table.points for table in tables), reflect=reflect, **given)
     except PointSetError as error:  # which may be of a set, by its letter
         letter, colon, why = str(error).partition(": ")
         name = dict(zip("pq", names, strict=True)).get(letter, letter)
@@ -167,11 +161,10 @@ def _chosen(text: str, tolerance: float | None) -> dict[str, Any]:
         raise PointSetError(unknown_name("matcher", name, POINT_MATCHERS))
     owner = f"matcher {name}"
     given = read_parameters(stated, owner) if stated else {}
-    for unknown in given.keys() - _PARAMETERS.keys():
-        question = did_you_mean(unknown, _PARAMETERS)
-        raise PointSetError(f"{owner} has no parameter {unknown!r}.{question}")
-    read = {key: _PARAMETERS[key].read(value, owner) for key, value in given.items()}
-    return {"matcher": name, "tolerance": tolerance, **dict.fromkeys(_PARAMETERS), **read}
+    for unknown in given.keys() - {"rho"}:
+        raise PointSetError(f"{owner} has no parameter {unknown!r}")
+    rho = _RHO.read(given["rho"], owner) if given else None
+    return {"matcher": name, "tolerance": tolerance, "rho": rho}
 
 
 def _document(match: PointMatch, *, reflect: bool) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -13,7 +14,6 @@ from fpmatch.gallery.cli.options import FROM_0, pattern_option
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     from fpmatch.lab.evaluation.report.results import RatesReport
@@ -28,62 +28,54 @@ Columns:
   ZeroFNMR  false match rate where no genuine pair is rejected
   d'        decidability: the distance of the means of genuine and impostor scores in units of
             their mean standard deviation
-  rank-1    prints whose own finger comes first when each is searched among all others of its
-            database; a finger counts by its most similar impression (protocol extended only)
   failed    prints without a template (failures to extract); they have the lowest score in all
             their pairs
 
 \b
 The 95 % intervals come from the bootstrap over the fingers of each database: how far the rates
-would scatter with other fingers. A rate of 0 or 100 % has one limit, for which each finger is one
-trial: "at most 25.89 % (0 of 10)", 95 %, one-sided, by Clopper and Pearson; about 3 / n (rule of
-3). For the EER a trial is a pair of fingers, each finger in one pair. ZeroFMR and ZeroFNMR, which
-depend on one score, have no interval.
+would scatter with other fingers. A rate of 0 or 100 % has one limit, by Clopper and Pearson: "at
+most 25.89 % (0 of 10)". ZeroFMR and ZeroFNMR, which depend on one score, have no interval. The
+rates of several databases are followed by their mean, and by the rates of all scores pooled.
 """
 
-_OPTIONS: Final = (
-    click.option(
-        "--fmr",
-        "fmrs",
-        metavar="RATE",
-        type=click.FloatRange(0, 1, min_open=True, max_open=True),
-        multiple=True,
-        help="Report the FNMR at this false match rate, with its interval; repeatable.",
-    ),
-    file_option(
-        "--report",
-        "report_folder",
-        metavar="DIR",
-        help="Write a page there: tables, DET, distributions of scores, the hardest pairs.",
-    ),
-    file_option(
-        "--baseline",
-        metavar="SCORES.csv",
-        help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch "
-        "score.",
-    ),
-    file_option("--det", metavar="FILE", help="Draw the DET curves into a .pdf, .svg or .png."),
-    file_option(
-        "--table", metavar="FILE", help="Write the table of rates as .tex (LaTeX) or .csv."
-    ),
-    click.option(
-        "--bootstrap",
-        metavar="N",
-        type=FROM_0,
-        default=1000,
-        hidden=True,
-        help="Bootstrap replicates for the 95 % intervals; 0 for none.",
-    ),
-    click.option("--seed", type=FROM_0, default=0, hidden=True, help="Seed of their draws."),
-    click.option(
-        "--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions."
+rate_options: Final = partial(
+    add_options,
+    options=(
+        click.option(
+            "--fmr",
+            "fmrs",
+            metavar="RATE",
+            type=click.FloatRange(0, 1, min_open=True, max_open=True),
+            multiple=True,
+            help="Report the FNMR at this false match rate, with its interval; repeatable.",
+        ),
+        file_option(
+            "--report",
+            "report_folder",
+            metavar="DIR",
+            help="Write a page there: tables, DET, distributions of scores, the hardest pairs.",
+        ),
+        file_option(
+            "--baseline",
+            metavar="SCORES.csv",
+            help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch "
+            "score.",
+        ),
+        file_option("--det", metavar="FILE", help="Draw the DET curves into a .pdf, .svg or .png."),
+        file_option("--table", metavar="FILE.csv", help="Write the table of rates with intervals."),
+        click.option(
+            "--bootstrap",
+            metavar="N",
+            type=FROM_0,
+            default=1000,
+            hidden=True,
+            help="Bootstrap replicates for the 95 % intervals; 0 for none.",
+        ),
+        click.option(
+            "--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions."
+        ),
     ),
 )
-
-
-def rate_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options about what is made of scores."""
-    return add_options(command, _OPTIONS)
 
 
 @click.command(
@@ -93,7 +85,7 @@ def rate_options(command: Callable[..., Any]) -> Callable[..., Any]:
 Examples:
   fpmatch rates scores.csv
   fpmatch rates scores.csv theirs.csv --report report
-  fpmatch rates theirs.csv --distances --fmr 0.0001 --det det.pdf --table rates.tex
+  fpmatch rates theirs.csv --distances --fmr 0.0001 --det det.pdf --table rates.csv
   fpmatch rates --genuine-scores genuine.txt --impostor-scores impostor.txt
   fpmatch rates candidates.csv --enrolled prints.db
 
@@ -146,11 +138,11 @@ def rates(
     probe, subject and score.
     """
     if enrolled is not None:
-        others = genuine_scores or impostor_scores or distances or baseline or options.pop("fmrs")
-        others = any(options.pop(name) for name in ("report_folder", "table")) or others
-        if others or not scores:
+        of_scores = [options[name] for name in ("fmrs", "report_folder", "table")]
+        if not scores or any([genuine_scores, impostor_scores, distances, baseline, *of_scores]):
             raise click.UsageError("--enrolled goes with SCORES, --fpir, --pattern, --det, --json")
-        _rates_of_searches(scores, enrolled, pattern, fpirs, as_json, **options)
+        how = {"pattern": pattern, "fpirs": fpirs, "bootstrap": options["bootstrap"]}
+        _rates_of_searches(scores, enrolled, options["det"], as_json=as_json, **how)
         return
     if fpirs:
         raise click.UsageError("--fpir goes with --enrolled")
@@ -159,15 +151,13 @@ def rates(
     if len(genuine_scores) != len(impostor_scores):
         raise click.UsageError("--genuine-scores and --impostor-scores go together")
     from fpmatch.lab.evaluation.rates.scores import finger_in_name, read_scores
-    from fpmatch.lab.evaluation.report.results import report_document
-    from fpmatch.lab.evaluation.report.text import as_text
     from fpmatch.lab.evaluation.run import evaluate_scores, notes_on
 
-    outputs = prepare_outputs(options)
-    of_name = finger_in_name(pattern)
+    check_outputs(**options)
     earlier = None
     if baseline is not None:
-        earlier = read_scores(baseline, distances=distances, finger_of=of_name)
+        how = {"distances": distances, "finger_of": finger_in_name(pattern)}
+        earlier = read_scores(baseline, **how)
     pairs = list(zip(genuine_scores, impostor_scores, strict=True))
     results = evaluate_scores(
         scores, genuine_and_impostor=pairs, distances=distances, pattern=pattern
@@ -176,22 +166,12 @@ def rates(
     for matcher, note in noted:
         say_note(f"{matcher}: {note}")
     options |= {"baseline": earlier, "baseline_name": str(baseline)}
-    document = report_document(results, **options)
-    document["notes"] = [{"note": note, "matcher": matcher} for matcher, note in noted]
-    show(json_text(document) if as_json else as_text(document))
-    write_outputs(results, document, outputs)
+    notes = [{"note": note, "matcher": matcher} for matcher, note in noted]
+    show_rates(results, {"notes": notes}, as_json=as_json, **options)
 
 
 def _rates_of_searches(
-    files: tuple[Path, ...],
-    enrolled: str,
-    pattern: str | None,
-    fpirs: tuple[float, ...],
-    as_json: bool,
-    *,
-    det: Path | None,
-    bootstrap: int,
-    seed: int,
+    files: tuple[Path, ...], enrolled: str, det: Path | None, *, as_json: bool, **how: Any
 ) -> None:
     """Print the error rates of files of candidates, and draw their DET where requested."""
     from fpmatch.lab.evaluation import identification as searches
@@ -199,46 +179,56 @@ def _rates_of_searches(
 
     if det is not None:
         check_plot(det)
-    document = searches.evaluate_candidates(
-        files, enrolled, pattern=pattern, fpirs=fpirs, bootstrap=bootstrap, seed=seed
-    )
+    document = searches.evaluate_candidates(files, enrolled, **how)
     show(json_text(document) if as_json else searches.identification_text(document))
     if det is not None:
         searches.save_identification_det(det, document)
         say_note(f"DET: {det}")
 
 
-def prepare_outputs(options: dict[str, Any]) -> list[tuple[str, Path, Callable[..., Any]]]:
-    """Take the files to write out of the options: what each is, its path, and what writes it.
-
-    Raises an OutputError where one cannot be written.
-    """
-    given = {name: options.pop(name) for name in ("det", "table", "report_folder")}
-    if not any(given.values()):
-        return []
-    from fpmatch.lab.evaluation.report.figures import save_det
-    from fpmatch.lab.evaluation.report.page import prepare_page, write_page
-    from fpmatch.lab.evaluation.report.text import check_table, save_table
-    from fpmatch.lab.plots.style import check_plot
-
-    kinds = (
-        ("DET", check_plot, lambda path, results, _: save_det(path, results)),
-        ("table", check_table, lambda path, _, document: save_table(path, document)),
-        ("report", prepare_page, write_page),
-    )
-    return [
-        (kind, check(path) or path, write)
-        for path, (kind, check, write) in zip(given.values(), kinds, strict=True)
-        if path is not None
-    ]
-
-
-def write_outputs(
-    results: list[RatesReport],
-    document: dict[str, Any],
-    outputs: list[tuple[str, Path, Callable[..., Any]]],
+def check_outputs(
+    *, det: Path | None, table: Path | None, report_folder: Path | None, **_: Any
 ) -> None:
-    """Write page, DET and table, where requested, and note where they are."""
-    for kind, path, write in outputs:
-        write(path, results, document)
-        say_note(f"{kind}: {path}")
+    """Raise an OutputError where a requested file cannot be written, before hours of work."""
+    if det is not None or table is not None or report_folder is not None:
+        from fpmatch.lab.evaluation.report.page import prepare_page
+        from fpmatch.lab.evaluation.report.text import check_table
+        from fpmatch.lab.plots.style import check_plot
+
+        for path, check in ((det, check_plot), (table, check_table), (report_folder, prepare_page)):
+            if path is not None:
+                check(path)
+
+
+def show_rates(
+    results: list[RatesReport],
+    beside: dict[str, Any],
+    *,
+    as_json: bool,
+    det: Path | None,
+    table: Path | None,
+    report_folder: Path | None,
+    **how: Any,
+) -> None:
+    """Print the rates, with what is known `beside` them; write DET, table, and page if requested.
+
+    `how` is as for `report_document`.
+    """
+    from fpmatch.lab.evaluation.report.results import report_document
+    from fpmatch.lab.evaluation.report.text import as_text, save_table
+
+    document = report_document(results, **how) | beside
+    show(json_text(document) if as_json else as_text(document))
+    if det is not None:
+        from fpmatch.lab.evaluation.report.figures import save_det
+
+        save_det(det, results)
+        say_note(f"DET: {det}")
+    if table is not None:
+        save_table(table, document)
+        say_note(f"table: {table}")
+    if report_folder is not None:
+        from fpmatch.lab.evaluation.report.page import PAGE_NAME, write_page
+
+        write_page(report_folder / PAGE_NAME, results, document)
+        say_note(f"report: {report_folder / PAGE_NAME}")

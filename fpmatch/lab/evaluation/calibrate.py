@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -27,15 +28,7 @@ import numpy as np
 from fpmatch._version import __version__
 from fpmatch.base.parameters import parameters_of
 from fpmatch.errors import DatasetError, MatcherError
-from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.listing.manifest import kind_of
-from fpmatch.lab.evaluation.databases.extraction import Reading
-from fpmatch.lab.evaluation.rates.bootstrap import (
-    DEFAULT_BOOTSTRAP,
-    bootstrap_fmr,
-    interval_json,
-    interval_of,
-)
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
 from fpmatch.matching.calibration import Calibration, score_to_fmr
@@ -47,11 +40,10 @@ from fpmatch.prints.report import odds
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.lab.evaluation.rates.scores import Trials
     from fpmatch.matching.result import Matcher
 
@@ -72,20 +64,17 @@ def gather_impostors(
     sources: Sequence[str | os.PathLike[str]],
     *,
     matcher: str | Matcher = DEFAULT_MATCHER,
-    workers: int | None = None,
-    progress: Progress = no_progress,
-    reading: Reading = Reading(),  # noqa: B008
-    pattern: str | NamePattern | None = None,
-    dpi: float | None = None,
+    naming: Mapping[str, Any] = MappingProxyType({}),
+    **how: Any,
 ) -> list[Trials]:
     """Return the impostor comparisons of files of scores, then of databases of prints.
 
-    `sources`: files of scores, of which those of the matcher are read, and folders, manifests and
-    galleries, whose prints are compared by the extended protocol. In place of the default matcher,
-    the one whose similarities are not lowered by the pairs that chance makes compares and is read:
-    fitted to lowered ones, a calibration would raise them again. Other parameters are as for
-    `fpmatch.lab.evaluation.run`, `dpi` is the resolution of all images. Raises a `DatasetError` if
-    a source cannot be used, or a database comes twice; a `MatcherError` if the matcher is unknown.
+    `sources`: files of scores, of which those of the matcher are read, and folders and manifests,
+    whose prints are compared by the extended protocol. In place of the default matcher, the one
+    whose similarities are not lowered by the pairs that chance makes compares and is read: fitted
+    to lowered ones, a calibration would raise them again. `how` is as for `evaluate_matchers`,
+    `naming` as for `load_datasets`. Raises a `DatasetError` if a source cannot be used, or a
+    database comes twice; a `MatcherError` if the matcher is unknown.
     """
     given = chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     if isinstance(given, UnitCircleMatcher):  # its highest similarities are lowered by chance pairs
@@ -96,17 +85,15 @@ def gather_impostors(
     for file in files:
         sets = read_scores(file)
         if {one.matcher for one in sets} == {given.name} != {chosen.name}:
-            raise DatasetError(
+            why = (
                 f"the highest similarities of {given.name} are lowered by the pairs that chance "
                 "makes, and a calibration would raise them again; give the prints, or scores of "
-                f"fpmatch evaluate --matcher {chosen.name}",
-                path=file,
+                f"fpmatch evaluate --matcher {chosen.name}"
             )
+            raise DatasetError(why, path=file)
         gathered += [one.impostors for one in choose_matcher(sets, chosen.name, file)]
     if places := [source for source in sources if source not in files]:
-        named = load_datasets(places, pattern=pattern)
-        how: dict[str, Any] = {"workers": workers, "progress": progress, "reading": reading}
-        (report,) = evaluate_matchers([one.at(dpi) for one in named], [chosen], **how)
+        (report,) = evaluate_matchers(load_datasets(places, **naming), [chosen], **how)
         gathered += report.impostors
     for name, times in Counter(one.name for one in gathered).items():
         if times > 1:
@@ -114,21 +101,14 @@ def gather_impostors(
     return gathered
 
 
-def calibrate_on(
-    sets: Sequence[Trials],
-    matcher: str,
-    command: str = "",
-    *,
-    shares: Sequence[float] | None = None,
-) -> Calibration:
+def calibrate_on(sets: Sequence[Trials], matcher: str, command: str = "") -> Calibration:
     """Fit a calibration to the impostor comparisons of some databases together.
 
     With ten fingers a database, the FMR below one in a thousand is an extrapolation with a wide
     confidence interval, since comparisons of the same two fingers are not independent. `sets`: the
-    comparisons; see `gather_impostors`. `matcher`, `command`:
-    names for the provenance of the calibration. `shares`: weights of the databases (default: every
-    comparison has the same weight). Raises a `MatcherError` if there are too few impostor
-    comparisons, or too few distinct similarities.
+    comparisons; see `gather_impostors`. `matcher`, `command`: names for the provenance of the
+    calibration. Raises a `MatcherError` if there are too few impostor comparisons or distinct
+    similarities.
     """
     impostors = np.concatenate([one.similarity for one in sets])
     provenance = {
@@ -139,11 +119,7 @@ def calibrate_on(
         "matcher": matcher,
         "fingers": sum(one.fingers for one in sets),
     }
-    weights = None
-    if shares is not None:
-        counts = np.array([one.similarity.size for one in sets])
-        weights = np.repeat(np.asarray(shares, np.float64) / np.maximum(counts, 1), counts)
-    return replace(fit_calibration(impostors, weights), provenance=provenance)
+    return replace(fit_calibration(impostors), provenance=provenance)
 
 
 def fit_calibration(
@@ -242,22 +218,12 @@ def _rounded(value: float | np.float64) -> float:
     return float(f"{value:.{_DIGITS}g}")
 
 
-def report_calibration(
-    calibration: Calibration,
-    sets: Sequence[Trials],
-    *,
-    bootstrap: int = DEFAULT_BOOTSTRAP,
-    seed: int = 0,
-) -> dict[str, Any]:
+def report_calibration(calibration: Calibration, sets: Sequence[Trials]) -> dict[str, Any]:
     """Return what a calibration of `calibrate_on` is based on, as JSON values.
 
-    The comparisons measure the FMR up to `largest_measured_score`, with a 95 % interval over
-    fingers there; above, it is extrapolated.
+    The comparisons measure the FMR up to `largest_measured_score`; above, it is extrapolated.
     """
-    provenance, largest = calibration.provenance, calibration.largest_measured_score
-    similarity, interval = np.concatenate([one.similarity for one in sets]), None
-    if all(one.fingers for one in sets):
-        interval = interval_of(bootstrap_fmr(sets, calibration.knots[-1][0], bootstrap, seed))
+    largest, provenance = calibration.largest_measured_score, calibration.provenance
     return {
         "matcher": provenance["matcher"],
         "databases": len(sets),
@@ -265,8 +231,7 @@ def report_calibration(
         "impostors": provenance["impostors"],
         "largest_measured_score": largest,
         "smallest_measured_fmr": score_to_fmr(largest),
-        "smallest_measured_fmr_interval": interval_json(interval),
-        "highest_impostor_score": calibration.score(float(similarity.max())),
+        "highest_impostor_score": calibration.score(max(one.similarity.max() for one in sets)),
     }
 
 
@@ -274,22 +239,16 @@ def calibration_text(report: dict[str, Any]) -> str:
     """Return the report on a calibration as text, a line an item."""
     measured, fmr = report["largest_measured_score"], odds(report["smallest_measured_fmr"])
     fingers = count(report["fingers"], "finger") if report["fingers"] else "unknown fingers"
-    rows = [
-        ("Matcher", report["matcher"]),
-        ("Fitted to", f"{report['impostors']:,} impostor comparisons"),
-        ("", f"of {fingers} ({count(report['databases'], 'database')})"),
-        ("Measured", f"up to score {measured:.1f}, a false match rate of {fmr}"),
-    ]
-    if (interval := report["smallest_measured_fmr_interval"]) is not None:
-        lowest = odds(interval[0]) if interval[0] > 0 else "none"
-        rows.append(("", f"(95 % interval over fingers: {odds(interval[1])} to {lowest})"))
-    rows.append(("Beyond", "scores are extrapolated, and verify notes it"))
+    beyond = "scores are extrapolated, and verify notes it"
     if measured < DEFAULT_THRESHOLD:
         needed = round(MIN_ABOVE / score_to_fmr(DEFAULT_THRESHOLD))
-        rows += [
-            ("", f"so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes"),
-            ("", f"some {needed:,} impostor comparisons"),
-        ]
-    highest = report["highest_impostor_score"]
-    rows.append(("Highest", f"the highest of these comparisons scores {highest:.1f}"))
-    return "\n".join(f"  {label:<12}{text}" for label, text in rows)
+        beyond += f"""
+              so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes
+              some {needed:,} impostor comparisons"""
+    return f"""\
+  Matcher     {report["matcher"]}
+  Fitted to   {report["impostors"]:,} impostor comparisons
+              of {fingers} ({count(report["databases"], "database")})
+  Measured    up to score {measured:.1f}, a false match rate of {fmr}
+  Beyond      {beyond}
+  Highest     the highest of these comparisons scores {report["highest_impostor_score"]:.1f}"""

@@ -26,7 +26,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import DatasetError, OutputError
 from fpmatch.gallery.listing.csv_rows import csv_rows, row_error
 from fpmatch.gallery.listing.entry import NamePattern
@@ -37,9 +36,7 @@ from fpmatch.lab.evaluation.rates.bootstrap import (
     DEFAULT_BOOTSTRAP,
     MIN_FINGERS,
     RankedScores,
-    bound_json,
     draw_fingers,
-    interval_json,
     interval_of,
     with_limit,
 )
@@ -47,19 +44,19 @@ from fpmatch.lab.evaluation.rates.error_rates import fnmr_at_fmr, threshold_at_f
 from fpmatch.lab.evaluation.rates.scores import Trials
 from fpmatch.lab.evaluation.report.figures import new_axes, series_look
 from fpmatch.lab.evaluation.report.text import bounds_note, limits, percent
-from fpmatch.lab.plots.style import PLOT_DPI, check_plot, figure_bytes, plain_style
+from fpmatch.lab.plots.style import check_plot, plain_style, save_figure
 from fpmatch.printable import text_table
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     AnyPath = str | os.PathLike[str]
 
 FPIRS: Final = (0.001, 0.01, 0.1)
 RANKS: Final = (1, 5, 10)
+SEED: Final = 0  # of the bootstrap
 _DET_FPIRS: Final = tuple(np.logspace(-4, 0, 41)[:-1].tolist())  # ten a decade
-_FORM: Final = "the first line names the columns: probe, subject and score"
 
 
 @dataclass(slots=True)
@@ -84,12 +81,7 @@ def enrolled_subjects(place: AnyPath, pattern: str | None = None) -> set[str]:
         with open_gallery(place) as gallery:
             subjects = {entry.label.subject for entry in gallery.entries()}
     elif kind == "file":
-        rows = csv_rows(place, DatasetError)
-        _, head = next(rows, (0, []))
-        if "subject" not in head:
-            raise DatasetError("no column 'subject'", path=place)
-        column = head.index("subject")
-        subjects = {row[column] for _, row in rows if len(row) > column and row[column]}
+        subjects = {cells["subject"] for _, cells in _rows(place, ("subject",))} - {""}
     else:
         names = NamePattern(*filter(None, [pattern]))
         files = find_prints([place], pattern=names if pattern else None)
@@ -111,19 +103,15 @@ def read_candidates(path: AnyPath, enrolled: set[str], pattern: str | None = Non
     """
     names, refused = NamePattern(*filter(None, [pattern])), partial(row_error, DatasetError, path)
     searches: dict[str, Search] = {}
-    rows = csv_rows(path, DatasetError)
-    line, head = next(rows, (0, []))
-    if not {"probe", "subject", "score"} <= set(head):
-        raise refused(line, f"not a file of candidates: {_FORM}")
-    for line, row in rows:
-        cells = {"probe_subject": "", **dict(zip(head, [*row, *[""] * len(head)], strict=False))}
-        probe, of_probe, subject = (cells[name] for name in ("probe", "probe_subject", "subject"))
+    for line, cells in _rows(path, ("probe", "subject", "score")):
+        probe, subject = cells["probe"], cells["subject"]
         if probe not in searches:
             label = names.label(Path(probe))
-            if not of_probe and label is None:
+            of_probe = cells.get("probe_subject") or (label and label.subject)
+            if not of_probe:
                 why = f"the subject of probe {probe!r} is not known (--pattern finds it in names)"
                 raise refused(line, why)
-            searches[probe] = Search(of_probe or (label.subject if label else ""))
+            searches[probe] = Search(of_probe)
         if not subject:
             continue
         if subject not in enrolled:
@@ -141,6 +129,17 @@ def read_candidates(path: AnyPath, enrolled: set[str], pattern: str | None = Non
     return list(searches.values())
 
 
+def _rows(path: AnyPath, needed: Sequence[str]) -> Iterator[tuple[int, dict[str, str]]]:
+    """Yield line number and cells of the rows of a CSV file whose first line names its columns."""
+    rows = csv_rows(path, DatasetError)
+    line, head = next(rows, (0, []))
+    if missing := [name for name in needed if name not in head]:
+        why = f"the first line names no column {missing[0]!r}; needed: {', '.join(needed)}"
+        raise row_error(DatasetError, path, line, why)
+    for line, row in rows:
+        yield line, dict(zip(head, [*row, *[""] * len(head)], strict=False))
+
+
 def identification_rates(
     searches: Sequence[Search],
     subjects: set[str],
@@ -148,7 +147,6 @@ def identification_rates(
     name: str = "",
     fpirs: Sequence[float] = (),
     bootstrap: int = DEFAULT_BOOTSTRAP,
-    seed: int = 0,
 ) -> dict[str, Any]:
     """Compute the error rates of searches among enrolled `subjects`, as JSON values.
 
@@ -174,27 +172,20 @@ def identification_rates(
     nothing = min(every, default=0.0) - 1.0  # below all scores: of what is not listed
     mates = np.array([one.candidates.get(one.subject, nothing) for one in mated])
     highest = np.array([max(one.candidates.values(), default=nothing) for one in others])
-    ranks = np.array(
-        [
-            sum(score >= one.candidates[one.subject] for score in one.candidates.values())
-            if one.subject in one.candidates
-            else math.inf
-            for one in mated
-        ]
-    )
+    ranks = np.array([_rank(one) for one in mated])
+    units = len({one.subject for one in mated})
     numbers = {one: k for k, one in enumerate(dict.fromkeys(each.subject for each in searches))}
     weights = None
     if bootstrap and len(numbers) >= MIN_FINGERS:
-        drawn = draw_fingers(len(numbers), bootstrap, seed)
+        drawn = draw_fingers(len(numbers), bootstrap, SEED)
         weights = drawn[:, [numbers[one.subject] for one in (*mated, *others)]]
-    units = len({one.subject for one in mated})
 
     def point(at: Any, fnir: float | None, draws: Any, threshold: float | None) -> dict[str, Any]:
-        interval = None
+        interval = bound = None
         if fnir is not None and bootstrap:
             drawn = None if draws is None else interval_of(draws)
-            interval = with_limit(drawn, fnir, units, "subject")
-        limits = {"interval": interval_json(interval), "bound": bound_json(interval)}
+            interval, bound = with_limit(drawn, fnir, units, "subject")
+        limits = {"interval": interval, "bound": bound}
         return {**at, "fnir": fnir, "threshold": threshold, **limits}
 
     at_rank = []
@@ -205,7 +196,8 @@ def identification_rates(
             with np.errstate(invalid="ignore"):  # a draw without mated searches has no rate
                 draws = (of_mated @ missed) / of_mated.sum(axis=1)
         at_rank.append(point({"rank": rank}, float(missed.mean()), draws, None))
-    wanted = [*(fpirs or FPIRS), *(f for f in _DET_FPIRS if f * len(others) >= 1)]
+    asked = fpirs or FPIRS
+    wanted = [*asked, *(f for f in _DET_FPIRS if f * len(others) >= 1)]
     columns: list[Any] = [None] * len(wanted)
     if weights is not None and others:
         is_mated = np.arange(len(searches)) < len(mated)
@@ -218,16 +210,15 @@ def identification_rates(
         below = None if fnir is None else threshold_at_fmr(highest, fpir)
         above = [] if below is None else [score for score in every if score > below]
         at_fpir.append(point({"fpir": fpir}, fnir, draws, min(above, default=None)))
-    asked = len(fpirs or FPIRS)
-    return {
-        "name": name,
-        "enrolled": len(subjects),
-        "mated": len(mated),
-        "nonmated": len(others),
-        "fnir_at_rank": at_rank,
-        "fnir_at_fpir": at_fpir[:asked],
-        "det": at_fpir[asked:],
-    }
+    counts = {"enrolled": len(subjects), "mated": len(mated), "nonmated": len(others)}
+    at = {"fnir_at_fpir": at_fpir[: len(asked)], "det": at_fpir[len(asked) :]}
+    return {"name": name, **counts, "fnir_at_rank": at_rank, **at}
+
+
+def _rank(one: Search) -> float:
+    """Return the rank of the mate, infinite where it is not listed; ties count against it."""
+    mate = one.candidates.get(one.subject, math.inf)
+    return sum(score >= mate for score in one.candidates.values()) or math.inf
 
 
 def evaluate_candidates(
@@ -236,7 +227,6 @@ def evaluate_candidates(
     *,
     pattern: str | None = None,
     bootstrap: int = DEFAULT_BOOTSTRAP,
-    seed: int = 0,
     fpirs: Sequence[float] = (),
 ) -> dict[str, Any]:
     """Return the error rates of the searches in files of candidates, `systems`, as JSON values.
@@ -244,13 +234,13 @@ def evaluate_candidates(
     `enrolled` is as for `enrolled_subjects`, all else as for `identification_rates`.
     """
     subjects = enrolled_subjects(enrolled, pattern)
-    draws = {"bootstrap": bootstrap, "seed": seed}
     systems = []
     for file in files:
-        searches = read_candidates(file, subjects, pattern)
-        how: dict[str, Any] = {"name": Path(file).stem, "fpirs": fpirs, **draws}
+        searches, name = read_candidates(file, subjects, pattern), Path(file).stem
+        how: dict[str, Any] = {"name": name, "fpirs": fpirs, "bootstrap": bootstrap}
         systems.append(identification_rates(searches, subjects, **how))
-    return {"protocol": "identification", "confidence": CONFIDENCE, **draws, "systems": systems}
+    draws = {"confidence": CONFIDENCE, "bootstrap": bootstrap, "seed": SEED}
+    return {"protocol": "identification", **draws, "systems": systems}
 
 
 def identification_text(document: dict[str, Any]) -> str:
@@ -293,4 +283,4 @@ def save_identification_det(path: AnyPath, document: dict[str, Any]) -> None:
             axis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
         axes.grid(visible=True, linewidth=0.4)
         axes.legend(frameon=False)
-        atomic_write_bytes(path, figure_bytes(figure, path, PLOT_DPI))
+        save_figure(path, figure)

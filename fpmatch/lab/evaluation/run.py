@@ -11,7 +11,7 @@ from collections import Counter
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
 from fpmatch.base.folders import make_folder
@@ -20,8 +20,9 @@ from fpmatch.errors import DatasetError
 from fpmatch.gallery.batch.score import COMPARE, score
 from fpmatch.gallery.engine.engine import make_engine
 from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.lab.evaluation.databases.dataset import Dataset, choose_pairs, load_dataset
-from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 from fpmatch.lab.evaluation.rates.bootstrap import CHANCE
 from fpmatch.lab.evaluation.rates.scores import (
     finger_in_name,
@@ -34,9 +35,7 @@ from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.listing.entry import NamePattern
-    from fpmatch.lab.evaluation.databases.dataset import Pairs
+    from fpmatch.gallery.batch.plan import GivenPairs
     from fpmatch.lab.evaluation.databases.extraction import Extractor
     from fpmatch.lab.evaluation.rates.scores import ScoresSet
     from fpmatch.matching.result import Matcher
@@ -55,42 +54,21 @@ def evaluate(
     workers: int | None = None,
     progress: Progress = no_progress,
     extractor: Extractor | None = None,
-    pattern: str | NamePattern | None = None,
+    pattern: str | None = None,
 ) -> RatesReport:
     r"""Evaluate a matcher on databases.
 
-    Parameters
-    ----------
-    datasets : Dataset, path or str, or sequence of these
-        The databases, or their folders, manifests or galleries; see
-        `fpmatch.lab.evaluation.databases.dataset.load_dataset`.
-    matcher : str or Matcher
-        The matcher, or its name.
-    protocol : str
-        "extended" or "fvc"; see `choose_pairs`.
-    workers : int, optional
-        Processes to use (default: one a core). The results are the same for any number.
-    progress : callable
-        Called as ``progress(stage, done, total)`` for the stages "extract" and "compare" of each
-        database.
-    extractor : callable
-        Makes a template from a path and a resolution (None: the file's own), alone or in a
-        `fpmatch.gallery.listing.prints.ExtractedPrint`; a function at the top of a module, or with
-        one worker any.
-    pattern
-        Where the names of prints contain the fingers, as for `load_dataset`.
-
-    Raises
-    ------
-    DatasetError
-        If a database cannot be read, is given twice or has nothing to compare, or the protocol is
-        unknown.
-    GalleryError
-        If a gallery cannot be read, or the pattern is none.
-    MatcherError
-        If the matcher is unknown.
-    FpmatchError
-        If a worker process died.
+    `datasets`: a database, or some: folders, manifests, or what
+    `fpmatch.lab.evaluation.databases.dataset.load_dataset` returns. `matcher`: it, or its name.
+    `protocol`: "extended" or "fvc", see `choose_pairs`. `workers`: processes to use (default: one a
+    core); the results are the same for any number. `progress`: called as ``progress(stage, done,
+    total)`` for the stages "extract" and "compare" of each database. `extractor`: makes a template
+    from a path and a resolution (None: the file's own), alone or in a
+    `fpmatch.gallery.listing.prints.ExtractedPrint`; a function at the top of a module, or with one
+    worker any. `pattern`: where names of prints contain the fingers, as for `load_dataset`. Raises
+    a `DatasetError` if a database cannot be read, is given twice or has nothing to compare, or the
+    protocol is unknown; another `FpmatchError` if the matcher is unknown, the pattern is none, or a
+    worker process died.
 
     Examples
     --------
@@ -108,7 +86,7 @@ def evaluate(
         protocol=protocol,
         workers=workers,
         progress=progress,
-        reading=Reading(extractor=extractor),
+        extractor=extractor,
     )
     return report
 
@@ -120,18 +98,18 @@ def evaluate_matchers(
     protocol: str = "extended",
     workers: int | None = None,
     progress: Progress = no_progress,
-    reading: Reading = Reading(),  # noqa: B008
     scores: str | os.PathLike[str] | None = None,
+    **reading: Any,
 ) -> list[RatesReport]:
     """Evaluate some matchers on the same templates, extracted once.
 
     `datasets`, `protocol`, `workers`, `progress`: as for `evaluate`. `matchers`: the matchers, or
-    their names. `reading`: how the images are read. `scores`: a CSV file for all comparisons, a
-    database after the other, in the form of `fpmatch score`; the state of an interrupted run is
-    kept beside it, and the same call resumes the run. Raises an `FpmatchError` as `evaluate`; an
-    `OutputError` if the file cannot be written.
+    their names. `scores`: a CSV file for all comparisons, a database after the other, in the form
+    of `fpmatch score`; the state of an interrupted run is kept beside it, and the same call resumes
+    the run. `reading`: how the images are read, as for `DatasetSource`. Raises an `FpmatchError` as
+    `evaluate`; an `OutputError` if the file cannot be written.
     """
-    sources = [DatasetSource(one, reading) for one in load_datasets(datasets, protocol)]
+    sources = [DatasetSource(one, **reading) for one in load_datasets(datasets, protocol)]
     chosen = [get_matcher(one) if isinstance(one, str) else one for one in matchers]
     plans = [choose_pairs(one.dataset.impressions, protocol) for one in sources]
     if scores is None:
@@ -142,11 +120,11 @@ def evaluate_matchers(
         make_folder(kept.enter_result)
     reports, files = [], []
     with kept as folder, make_engine(workers) as engine:
+        how: dict[str, Any] = {"engine": nullcontext(engine), "lasting": scores is not None}
         for matcher in chosen:
             rows = []
             for source, plan in zip(sources, plans, strict=True):
-                how: dict[str, Any] = {"engine": engine, "lasting": scores is not None}
-                file, about = _scored(Path(folder), source, plan, matcher, progress, **how)
+                file, about = _scored(Path(folder), source, plan, matcher, progress, how)
                 fingers = dict(zip(source.names, source.fingers, strict=True))
                 (read,) = read_scores(file, finger_of=fingers.get)
                 rows.append(SetRates.of(read, about, source))
@@ -161,12 +139,10 @@ def evaluate_matchers(
 def _scored(
     folder: Path,
     source: DatasetSource,
-    plan: Pairs,
+    plan: GivenPairs,
     matcher: Matcher,
     progress: Progress,
-    *,
-    engine: Engine,
-    lasting: bool,
+    how: dict[str, Any],
 ) -> tuple[Path, dict[str, Any]]:
     """Score the pairs of a database, unless an interrupted run has done so.
 
@@ -181,9 +157,7 @@ def _scored(
     def show(stage: str, done: int, total: int) -> None:
         progress(COMPARE if stage == COMPARE else "extract", done, total)
 
-    place = cast("Engine", nullcontext(engine))
-    how: dict[str, Any] = {"engine": place, "progress": show, "lasting": lasting}
-    done = score(source, source, file, pairs=plan, matcher=matcher, **how)
+    done = score(source, source, file, pairs=plan, matcher=matcher, progress=show, **how)
     about = {
         "failures": {one.name: one.reason for one in done.failures},
         "dpi_assumed": list(done.dpi_assumed),
@@ -207,17 +181,15 @@ def _join(files: Sequence[Path], target: str | os.PathLike[str]) -> None:
 
 
 def load_datasets(
-    datasets: Sequence[AnyDataset],
-    protocol: str = "extended",
-    *,
-    pattern: str | NamePattern | None = None,
+    datasets: Sequence[AnyDataset], protocol: str = "extended", **how: Any
 ) -> list[Dataset]:
-    """Load the databases among `datasets` that are given as folders, manifests or galleries.
+    """Load the databases among `datasets` that are given as folders or manifests.
 
-    Other parameters are as for `load_dataset`. Raises what that raises, and a `DatasetError` if
-    there is none, one is given twice, or one has no pair to compare.
+    `how` is as for `load_dataset`. Of databases of one name, the names become those of the folders.
+    Raises what that raises, and a `DatasetError` if there is none, one is given twice, or one has
+    no pair to compare.
     """
-    loaded = [d if isinstance(d, Dataset) else load_dataset(d, pattern=pattern) for d in datasets]
+    loaded = [one if isinstance(one, Dataset) else load_dataset(one, **how) for one in datasets]
     if not loaded:
         raise DatasetError("no database given")
     seen: set[Path] = set()
@@ -228,7 +200,13 @@ def load_datasets(
         if place in seen:
             raise DatasetError(f"{dataset.place}: database given twice")
         seen.add(place)
-    return loaded
+    times = Counter(one.name for one in loaded)
+    return [replace(one, name=_own_name(one)) if times[one.name] > 1 else one for one in loaded]
+
+
+def _own_name(dataset: Dataset) -> str:
+    place = Path(dataset.place).resolve()
+    return csv_cell(place.stem if place.is_file() else place.name)
 
 
 def evaluate_scores(
@@ -273,18 +251,17 @@ def evaluate_scores(
         raise DatasetError("no file of scores given")
     named = {one.name for _, one in given if one.name}
     name = named.pop() if len(named) == 1 else "scores"
-    given = [(file, one if one.name else replace(one, name=name)) for file, one in given]
-    times = Counter((one.matcher, one.name) for _, one in given)
-    by_matcher: dict[str, list[ScoresSet]] = {}
+    times = Counter((one.matcher, one.name or name) for _, one in given)
+    by_matcher: dict[str, dict[str, SetRates]] = {}
     for file, one in given:
-        matcher = one.matcher
-        if not matcher or times[matcher, one.name] > 1:
+        matcher, of_set = one.matcher, one.name or name
+        if not matcher or times[matcher, of_set] > 1:
             matcher = f"{matcher} ({file.stem})" if matcher else file.stem
-        by_matcher.setdefault(matcher, []).append(replace(one, matcher=matcher))
-    for matcher, sets in by_matcher.items():
-        if len({one.name for one in sets}) < len(sets):
+        sets = by_matcher.setdefault(matcher, {})
+        if of_set in sets:
             raise DatasetError(f"two files of scores of the same name: {matcher}")
-    return [RatesReport.of([SetRates.of(one) for one in sets]) for sets in by_matcher.values()]
+        sets[of_set] = SetRates.of(replace(one, matcher=matcher, name=of_set))
+    return [RatesReport.of(list(sets.values())) for sets in by_matcher.values()]
 
 
 def notes_on(report: RatesReport) -> list[str]:
@@ -293,14 +270,10 @@ def notes_on(report: RatesReport) -> list[str]:
     if failed := sum(int((~one.compared).sum()) for one in report.scores):
         total = sum(one.compared.size for one in report.scores)
         notes.append(f"{failed:,} of {total:,} comparisons have no score and count as the lowest")
-    if not all(one.trials.fingers for one in report.scores):
-        notes.append(
-            "its fingers are not known: comparisons are drawn for the 95 % intervals, which are "
-            "too narrow where fingers come in several comparisons; --pattern finds fingers in the "
-            "names of prints"
-        )
+    if not all(one.fingers for one in report.trials):
+        unknown = "its fingers are not known: there are no 95 % intervals"
+        notes.append(f"{unknown}; --pattern finds fingers in names of prints")
     if report.pooled.eer is not None and report.pooled.eer > CHANCE:
-        notes.append(
-            "genuine scores are mostly lower than impostor scores: distances need --distances"
-        )
+        wrong = "genuine scores are mostly lower than impostor scores"
+        notes.append(f"{wrong}: distances need --distances")
     return notes

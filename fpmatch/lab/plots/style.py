@@ -30,17 +30,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.pointset.geometry.point_match import PointMatch
-    from fpmatch.pointset.geometry.similarity import Similarity
 
     Floats = NDArray[np.float64]
+    Mark = tuple[str, palette.Colour, float, bool]
 
 PLOT_FORMATS: Final = (".png", ".svg", ".pdf")
 PLOT_DPI: Final = 150
 _NAME_LETTERS: Final = 30
 # Distinct with any kind of colour vision: Okabe and Ito, "Color Universal Design" (2008).
 SERIES_COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
-# Of the plot of point sets: size, and marker, colour, size as a share of a point's room, filled.
-_WIDTH, _HEIGHT, _HEIGHT_APART = 9.0, 8.0, 5.0  # inches
+# Marks of points: form, colour, size as a share of a point's room, and whether they are filled.
 _Q_PAIRED: Final = ("o", palette.REFERENCE_MARK, 1.5, False)
 _Q_ALONE: Final = ("s", palette.REFERENCE_INK, 0.7, False)
 _P_PAIRED: Final = ("o", palette.PROBE_MARK, 0.6, True)
@@ -73,6 +72,11 @@ def plain_style(settings: Mapping[str, Any] | None = None) -> Iterator[None]:
         yield
 
 
+def save_figure(path: str | os.PathLike[str], figure: Figure) -> None:
+    """Write a figure into a file, inside `plain_style`."""
+    atomic_write_bytes(path, figure_bytes(figure, path, PLOT_DPI), public=True)
+
+
 def figure_bytes(figure: Figure, path: str | os.PathLike[str], dpi: int) -> bytes:
     """Return the content of a figure's file, whose ending is the format, inside `plain_style`.
 
@@ -101,25 +105,20 @@ def match_facts(match: PointMatch) -> list[tuple[str, str]]:
     t = match.transform
     if t is None:
         return []
+    turn = round(t.rotation_deg, 3)  # the sense holds wherever y points
+    sense = "" if turn == 0 else " from x to y" if turn > 0 else " from y to x"
+    x, y = (round(value, 12) + 0.0 for value in (t.tx, t.ty))  # errors of rounding are 0
+    mirror = "mirrored (y to -y), " if t.mirrored else ""
+    movement = f"rotation {abs(turn):.3f}°{sense}, shift {x:+.6g}, {y:+.6g}"
     facts = [
         ("Pairs", f"{len(match.pairs):,}, {match.matched_share:.1%} of the smaller set"),
-        ("Transform", _transform_in_words(t)),
+        ("Transform", f"{mirror}scale {t.scale:.6g}, {movement}"),
         ("Residual", f"{match.rms:.4g} rms"),
     ]
     if match.chance is not None:
         count = f"{match.chance:.2g}" if match.chance > 0 else "less than 1e-300"
         facts.append(("Chance", f"{count} matches as good expected between independent sets"))
     return facts
-
-
-def _transform_in_words(t: Similarity) -> str:
-    """Describe a transform, in the order in which its parts are applied."""
-    turn = round(t.rotation_deg, 3)  # the sense holds wherever y points
-    sense = "" if turn == 0 else " from x to y" if turn > 0 else " from y to x"
-    x, y = (round(value, 12) + 0.0 for value in (t.tx, t.ty))  # errors of rounding are 0
-    mirror = "mirrored (y to -y), " if t.mirrored else ""
-    movement = f"rotation {abs(turn):.3f}°{sense}, shift {x:+.6g}, {y:+.6g}"
-    return f"{mirror}scale {t.scale:.6g}, {movement}"
 
 
 def save_point_plot(
@@ -137,9 +136,7 @@ def save_point_plot(
     """
     check_plot(path)
     with plain_style():
-        figure = _draw(p, q, match, [short_name(name) for name in names])
-        content = figure_bytes(figure, path, PLOT_DPI)
-    atomic_write_bytes(path, content, public=True)
+        save_figure(path, _draw(p, q, match, [short_name(name) for name in names]))
 
 
 def _draw(p: Floats, q: Floats, match: PointMatch, names: list[str]) -> Figure:
@@ -147,13 +144,12 @@ def _draw(p: Floats, q: Floats, match: PointMatch, names: list[str]) -> Figure:
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     t = match.transform
-    figure = Figure((_WIDTH, _HEIGHT_APART if t is None else _HEIGHT), layout="constrained")
+    figure = Figure((9.0, 5.0 if t is None else 8.0), layout="constrained")  # inches
     colour = hexadecimal(palette.NO_MATCH if t is None else palette.MATCH)
     figure.suptitle(verdict(t is not None), color=colour, weight="bold", fontsize="x-large")
     if t is None:
-        for axes, points, mark, letter, name in zip(
-            figure.subplots(1, 2), (p, q), (_P_PAIRED, _Q_PAIRED), "PQ", names, strict=True
-        ):
+        marks = zip(figure.subplots(1, 2), (p, q), (_P_PAIRED, _Q_PAIRED), "PQ", names, strict=True)
+        for axes, points, mark, letter, name in marks:
             _axes(axes, f"{letter} ({name}): {len(points):,} points", [(points, mark, "")])
         return figure
     i, j = match.pairs.T
@@ -173,18 +169,14 @@ def _draw(p: Floats, q: Floats, match: PointMatch, names: list[str]) -> Figure:
     return figure
 
 
-def _axes(
-    axes: Axes, title: str, kinds: list[tuple[Floats, tuple[str, palette.Colour, float, bool], str]]
-) -> None:
-    """Draw kinds of points."""
-    size = float(np.clip(200 / math.sqrt(sum(len(points) for points, *_ in kinds) + 1), 0.4, 8.0))
-    for points, (marker, colour_of, share, filled), label in kinds:
-        colour = hexadecimal(colour_of)
-        axes.plot(
-            *points.T, marker, markersize=share * size, markeredgecolor=colour,
-            markerfacecolor=colour if filled else "none", markeredgewidth=max(size / 8, 0.45),
-            zorder=4, label=label and f"{label} ({len(points):,})",
-        )  # fmt: skip
+def _axes(axes: Axes, title: str, kinds: list[tuple[Floats, Mark, str]]) -> None:
+    """Draw kinds of points; the more there are, the smaller."""
+    size = float(np.clip(200 / math.sqrt(sum(len(one[0]) for one in kinds) + 1), 0.4, 8.0))
+    for points, (marker, colour, share, filled), label in kinds:
+        ink = hexadecimal(colour)
+        look: dict[str, Any] = {"c": ink, "mfc": ink if filled else "none", "ms": share * size}
+        text = label and f"{label} ({len(points):,})"
+        axes.plot(*points.T, marker, **look, mew=max(size / 8, 0.45), zorder=4, label=text)
     axes.set_title(title, fontsize="medium", loc="left")
     axes.set(aspect="equal", axisbelow=True, xlabel="x", ylabel="y")
     axes.grid(color="0.92")

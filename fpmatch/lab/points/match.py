@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Literal, get_args
-
-import numpy as np
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.lab.points.triangles.given_set import GivenSet, check_tolerance
@@ -18,22 +16,20 @@ from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen
 from fpmatch.pointset.geometry.point_match import PointMatch, check_rho, too_few
 from fpmatch.pointset.geometry.points import as_points
 from fpmatch.pointset.paper.matcher import (
-    DEFAULT_AREA_TOLERANCE,
     DEFAULT_RHO,
     UnitCircleParameters,
     match_by_unit_circle,
 )
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-PointMatcher = Literal["triangles", "paper", "van-wamelen"]
-POINT_MATCHERS: Final[tuple[PointMatcher, ...]] = get_args(PointMatcher)
+POINT_MATCHERS: Final = ("triangles", "paper", "van-wamelen")
 
 DEFAULT_LAMBDA: Final = 0.61
 """λ of the paper's experiments with the least ρ, in mean nearest-neighbour distances of Q."""
 
-_FLIP: Final = np.array([1.0, -1.0])
 _TRIALS: Final = 2  # searches of a set and its mirror image: chance has twice the opportunity
 
 
@@ -42,9 +38,8 @@ def match_points(
     q: ArrayLike,
     *,
     tolerance: float | None = None,
-    matcher: PointMatcher = "triangles",
+    matcher: str = "triangles",
     rho: float | None = None,
-    area_tolerance: float | None = None,
     reflect: bool = False,
 ) -> PointMatch:
     """Find the transform that maps points of P onto points of Q, if there is one.
@@ -63,8 +58,6 @@ def match_points(
     rho : float, optional
         ρ, for "paper" (0.6 by default; more than this share of the smaller set must be paired) and
         "van-wamelen" (this share of P).
-    area_tolerance : float, optional
-        Largest difference of the areas of similar rings on the unit circle, for "paper".
     reflect : bool
         Whether to seek mirrored maps too. Both the set and its mirror image are tried, and what
         is less expected by chance is the result (more pairs, for "paper" and "van-wamelen").
@@ -80,8 +73,7 @@ def match_points(
     ------
     PointSetError
         If a set is malformed, has fewer than three points or all of them on one line, the
-        tolerance or area tolerance is not positive, `rho` is outside 0..1, the matcher is unknown,
-        or it has no such parameter.
+        tolerance is not positive, `rho` is outside 0..1, or the matcher is unknown or has no `rho`.
 
     Examples
     --------
@@ -103,8 +95,6 @@ def match_points(
         raise PointSetError(unknown_name("matcher", matcher, POINT_MATCHERS))
     if rho is not None and matcher == "triangles":
         raise PointSetError("rho is a parameter of the matchers paper and van-wamelen")
-    if area_tolerance is not None and matcher != "paper":
-        raise PointSetError("area tolerance is a parameter of the matcher paper")
     check_tolerance(tolerance)
     share = DEFAULT_RHO if rho is None else rho
     check_rho(share)
@@ -114,8 +104,7 @@ def match_points(
 
     def search(of_p: NDArray[np.float64]) -> PointMatch:
         if matcher == "paper":
-            areas = DEFAULT_AREA_TOLERANCE if area_tolerance is None else area_tolerance
-            given = UnitCircleParameters(tolerance=tolerance, area_tolerance=areas)
+            given = UnitCircleParameters(tolerance=tolerance)
             return decided(match_by_unit_circle(of_p, q, given), share)
         if matcher == "van-wamelen":
             return match_van_wamelen(
@@ -127,7 +116,7 @@ def match_points(
     match = search(points)
     if not reflect:
         return match
-    flipped = search(points * _FLIP)
+    flipped = search(points * (1.0, -1.0))
     if flipped.transform is not None:
         flipped = replace(flipped, transform=replace(flipped.transform, mirrored=True))
     # where chance is not estimated, or below what a float holds, more pairs are better

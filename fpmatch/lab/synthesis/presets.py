@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
 from fpmatch.lab.synthesis.master import (
@@ -14,9 +13,6 @@ from fpmatch.lab.synthesis.master import (
     SilhouetteParameters,
 )
 from fpmatch.lab.synthesis.warp import PlacementParameters
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,11 +88,8 @@ _STRETCHED: Final = replace(
     name="stretched",
     placement=replace(_NORMAL.placement, torsion_deg=(3, 11), traction=(5, 20)),
 )
-PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
-    {
-        preset.name: preset
-        for preset in (_CLEAN, Preset("easy"), _NORMAL, _HARD, _STRETCHED, _ROLLED)
-    }
-)
+PRESETS: Final = {
+    preset.name: preset for preset in (_CLEAN, Preset("easy"), _NORMAL, _HARD, _STRETCHED, _ROLLED)
+}
 """The presets by name: four from the easiest to the hardest, normal prints stretched more, and
 prints rolled from nail to nail."""

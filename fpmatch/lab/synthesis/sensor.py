@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -12,8 +11,6 @@ from fpmatch.lab.synthesis.noise import smooth_noise
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
     from fpmatch.lab.synthesis.contact import Contact
@@ -103,7 +100,7 @@ _SENSORS: Final = (
            ink_grain=6.5, fibres=3.0, card=True, faintness=(0.0, 0.5)),
 )
 # fmt: on
-SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType({s.name: s for s in _SENSORS})
+SENSORS: Final = {sensor.name: sensor for sensor in _SENSORS}
 """The sensors of FVC2002 DB1 to DB4 and of FVC2004 DB1 and DB2, and ink on cards, by name."""
 DEFAULT_SENSOR: Final = "optical-388x374"
 

@@ -44,7 +44,7 @@ if COMPILED:
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
 MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
-MIN_AT_SCALE: Final = 50  # descriptor similarity; 67 is the least of 984 prints of a wrong dpi
+MIN_AT_SCALE: Final = 60  # descriptor similarity; 67 is the least of 984 prints of a wrong dpi
 PREPARED_KEPT: Final = 64  # views and indices of prints, used last: a fifth of a megabyte each
 _THREAD: Final = threading.local()
 

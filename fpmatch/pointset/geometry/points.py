@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -13,6 +13,7 @@ from fpmatch.pointset.geometry._grid_kernel import CellGrid
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+LARGEST: Final = sys.float_info.max  # number that float64 can hold
 MAX_CELLS_PER_POINT: Final = 4
 """Cells are enlarged where the grid would have far more of them than points."""
 
@@ -54,11 +55,3 @@ def sort_into_cells(
     side = max(side, (width * height / most) ** 0.5, max(width, height) / most)
     grid: CellGrid = CellGrid(points, n, *low, side, int(width / side) + 1, int(height / side) + 1)
     return grid
-
-
-def is_finite(value: float) -> bool:
-    """Return whether a number is one that float64 can hold."""
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # an int
-        return False

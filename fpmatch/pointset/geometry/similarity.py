@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.geometry.points import as_points, is_finite
+from fpmatch.pointset.geometry.points import LARGEST, as_points
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -55,7 +55,7 @@ class Similarity:
 
     def __post_init__(self) -> None:
         values = (self.scale, self.rotation, self.tx, self.ty)
-        if not all(map(is_finite, values)) or self.scale <= 0:
+        if not all(abs(value) <= LARGEST for value in values) or self.scale <= 0:
             raise PointSetError("a similarity transform needs finite values and a positive scale")
 
     @classmethod

@@ -124,8 +124,6 @@ def test_json_lines_have_a_document_for_each_probe(gallery, probes, tmp_path):
     failed = documents["broken.json"]
     assert failed.items() >= {**about, "enrolled": None, "candidates": []}.items()
     assert failed["reason"] == dict(done.failures)[failed["probe"]]
-    _, nobody = run(gallery, probes, tmp_path / "none.jsonl", SearchOptions(threshold=100.0))
-    assert [json.loads(line)["reason"] for line in nobody.splitlines()].count("no candidate") == 10
 
 
 class Stopped(Exception):

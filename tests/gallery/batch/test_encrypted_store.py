@@ -40,12 +40,6 @@ def test_without_the_key_it_does_not_resume(tmp_path, monkeypatch):
         resumed(tmp_path)
 
 
-def test_without_a_key_it_is_plain_as_before(tmp_path, monkeypatch):
-    monkeypatch.delenv("FPMATCH_KEY")
-    assert DATA in begun(tmp_path).read_bytes()
-    assert resumed(tmp_path) == ITEMS
-
-
 def test_a_template_of_another_print_is_refused(tmp_path):
     state = begun(tmp_path)
     with closing(sqlite3.connect(state)) as connection, connection:

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from fpmatch.errors import ScoringError
 from fpmatch.gallery.batch.plan import (
     AllPairs,
-    ListedPairs,
     PrintNames,
     find_identical_pairs,
     iterate_pairs,
+    listed_pairs,
 )
 from fpmatch.gallery.batch.sources import StoredTemplate
 
@@ -81,7 +81,7 @@ def test_spaces_separate_where_nothing_else_does(tmp_path):
 def test_lists_that_cannot_be(tmp_path, text, reason):
     path = tmp_path / "gone" if text is None else write(tmp_path, text)
     with pytest.raises(ScoringError) as caught:
-        ListedPairs(path, *NAMES)
+        listed_pairs(path, *NAMES)
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -89,7 +89,7 @@ def test_lists_that_cannot_be(tmp_path, text, reason):
 def test_long_lists_in_chunks(tmp_path, rng):
     drawn = rng.integers([3, 2], size=(25, 2)).tolist()
     lines = "".join(f'{PROBES[p]},"{REFERENCES[r]}"\n' for p, r in drawn)
-    plan = ListedPairs(write(tmp_path, lines), *NAMES, pairs_per_chunk=10)
+    plan = listed_pairs(write(tmp_path, lines), *NAMES, pairs_per_chunk=10)
     chunks = list(plan.chunks())
     assert (len(plan), [len(c) for c in chunks]) == (25, [10, 10, 5])
     assert pairs_of(chunks) == [tuple(pair) for pair in drawn]
@@ -98,7 +98,7 @@ def test_long_lists_in_chunks(tmp_path, rng):
 
 def test_identity_is_that_of_the_pairs(tmp_path):
     lists = ("a,x\n", "probe,reference\na.tif,x.tif\n", "b.tif,x\n", "a,x,1\n")
-    one, same, *others = (ListedPairs(write(tmp_path, text), *NAMES).identity for text in lists)
+    one, same, *others = (listed_pairs(write(tmp_path, text), *NAMES).identity for text in lists)
     assert one == same
     assert len({one, *others}) == 3
     assert AllPairs(2, 3).identity != AllPairs(3, 2).identity
@@ -140,10 +140,3 @@ def test_identical_pairs_are_those_of_one_digest(probes, references, most):
     found, first = find_identical_pairs(plan, *sides, most)
     assert (found, len(first)) == (len(expected), min(most, len(expected)))
     assert {*first} <= {*expected}
-
-
-def test_of_listed_pairs_those_of_the_list_are_counted(tmp_path):
-    listed = write(tmp_path, 'a.tif,x.tif\nb.png,x.tif\nb.png,"y, z.tif"\n')
-    sides = stored([b"a", b"a", b"b"]), stored([b"a", b"b"])
-    found = find_identical_pairs(ListedPairs(listed, *NAMES), *sides, 5)
-    assert found == (2, [(0, 0), (2, 1)])

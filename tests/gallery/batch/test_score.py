@@ -2,9 +2,12 @@
 
 import csv
 import os
+import shutil
+import signal
 import sqlite3
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -93,19 +96,6 @@ def test_one_folder_on_both_sides_is_read_once(output):
     assert done.noted == {"it is far off": ("line: line_3", "line: line_4")}
 
 
-@pytest.mark.slow
-def test_killed_at_ten_random_moments(tmp_path):
-    done = subprocess.run(
-        [sys.executable, FOLDER / "scoring_kills.py", tmp_path, "10"],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(FOLDER), *sys.path])},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert int(done.stdout) > 0
-
-
 class Broken(Exception):
     pass
 
@@ -137,6 +127,41 @@ def test_an_unfinished_run_goes_on(output, unfinished, tmp_path):
     go_on(tmp_path / "whole.csv")
     assert output.read_bytes() == (tmp_path / "whole.csv").read_bytes()
     assert not unfinished.exists()
+
+
+WORK = """
+import sys
+from pathlib import Path
+sys.path[:0] = sys.argv[2:]
+from test_score import Near, go_on
+from fpmatch.gallery.batch import unfinished
+unfinished.SAVE_EVERY_S = 0  # at each chunk
+go_on(Path(sys.argv[1]), matcher=Near(0.005), progress=lambda *_: print("now", flush=True))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="no signals of POSIX")
+def test_killed_at_any_moment_a_run_goes_on(tmp_path, rng):
+    """What is on the disk while a process is stopped is what one leaves that is killed."""
+    folder, copies = tmp_path / "working", []
+    folder.mkdir()
+    script = [sys.executable, "-c", WORK, folder / "scores.csv", *sys.path]
+    with subprocess.Popen(script, stdout=subprocess.PIPE) as worker:
+        for number, _ in enumerate(worker.stdout):
+            time.sleep(float(rng.uniform(0.0, 0.005)))
+            os.kill(worker.pid, signal.SIGSTOP)
+            _, status = os.waitpid(worker.pid, os.WUNTRACED)
+            if not os.WIFSTOPPED(status):
+                break
+            copies.append(shutil.copytree(folder, tmp_path / f"copy {number}"))
+            worker.send_signal(signal.SIGCONT)
+    done = [go_on(copy / "scores.csv") for copy in copies]
+    contents = {(copy / "scores.csv").read_bytes() for copy in copies}
+    assert contents == {(folder / "scores.csv").read_bytes()}
+    assert {(one.pairs, one.failed_pairs) for one in done} == {(15, 5)}
+    assert len({one.resumed for one in done}) > 4
+    assert {path.name for copy in copies for path in copy.iterdir()} == {"scores.csv"}
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,6 @@ def test_export_does_not_mix_up_names(run, place, tmp_path):
     ("words", "reason"),
     [
         ("--gallery g.db a.png", "IMAGE|DIR... cannot be combined with --gallery"),
-        ("--gallery g.db --dpi 500", "--dpi cannot be combined with --gallery"),
         ("--gallery g.db --json", "--json cannot be combined with --gallery"),
         ("--gallery g.db --format stages", "--format stages cannot be combined with --gallery"),
         ("--subject 1 a.png", "--subject needs --gallery"),

@@ -14,12 +14,9 @@ def test_the_summary_of_a_list(run, place):
 
 def test_list(run, place):
     words = ("gallery", "list", place)
-    assert [line.split() for line in run(*words).stdout.splitlines()] == [
-        ["number", "print", "dpi", "minutiae", "picture"],
-        ["1", "1_1", "569", "1", "/prints/0.tif"],
-        ["2", "1_2", "500", "1", "/prints/1.tif"],
-        ["3", "a/b_thumb_1", "500", "1", "/prints/2.tif"],
-    ]
+    header, *_, last = [line.split() for line in run(*words).stdout.splitlines()]
+    assert header == ["number", "print", "dpi", "minutiae", "picture"]
+    assert last == ["3", "a/b_thumb_1", "500", "1", "/prints/2.tif"]
     rows = json.loads(run(*words, "--subject", "1", "--json").stdout)
     assert [row["impression"] for row in rows] == ["1", "2"]
     assert rows[0]["sha256"] == 64 * "0"

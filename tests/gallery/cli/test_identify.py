@@ -16,14 +16,12 @@ def test_candidates_as_json(run, gallery, prints, tmp_path):
     assert result.exit_code == 1
     assert f"fpmatch: error: {folder}/empty.png: the file is empty\n" in result.stderr
     document = json.loads(result.stdout)
-    assert document["compared"] == 3
+    assert (document["compared"], document["fingers"], document["listed"]) == (3, 2, "subjects")
     assert document["failures"] == [f"{folder}/empty.png: the file is empty"]
-    assert (document["fingers"], document["listed"]) == (2, "subjects")
     (probe,) = document["probes"]
     assert probe["probe"] == f"{folder}/probe.png"
-    assert {c["subject"] for c in probe["candidates"]} == {"1"}
-    best = probe["candidates"][0]
-    assert (best["rank"], best["impression"], best["impressions"]) == (1, "1", 2)
+    (best,) = probe["candidates"]
+    assert (best["rank"], best["subject"], best["impressions"]) == (1, "1", 2)
     assert best["expected_false_matches"] == pytest.approx(2 * best["fmr"])
     assert best["impression_score"] >= best["score"] > 60
     assert best["extrapolated"] is True
@@ -134,17 +132,12 @@ def test_candidates_in_a_file_are_those_that_are_shown(run, gallery, prints, tmp
         ]
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
-def test_a_file_of_no_probe_that_can_be_read_ends_with_status_2(
-    run, gallery, prints, tmp_path, suffix
-):
+def test_a_file_of_no_probe_that_can_be_read_ends_with_status_2(run, gallery, prints, tmp_path):
     folder = copied(prints, tmp_path / "probes", "empty.png", "text.png")
-    output = tmp_path / f"c{suffix}"
-    result = run("identify", gallery, "--probes", folder, "-o", output, "--workers", 1)
+    result = run("identify", gallery, "--probes", folder, "-o", tmp_path / "c.jsonl")
     assert result.exit_code == 2
     named = [line.split(": ")[2] for line in result.stderr.splitlines()]
     assert named == [f"{folder}/empty.png", f"{folder}/text.png"]
-    assert output.read_text().count("the file is empty") == 1
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
 """`--scheduler` of `enrol`: as in this process, though a worker be killed."""
 
 import json
+import os
+import signal
 import sqlite3
 from contextlib import closing
 
@@ -8,9 +10,8 @@ import pytest
 
 from fpmatch.cli.progress import ProgressBars
 from tests.conftest import copied
-from tests.gallery.conftest import kill_one
 
-pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
+distributed = pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
 
 
 def entries(place):
@@ -29,8 +30,14 @@ def test_enrolled_on_a_cluster_a_gallery_is_the_same(
         data = (prints / ("1_1.png", "2_1.png")[k % 2]).read_bytes() + bytes([k])
         (folder / f"{k % 2}_{k}.png").write_bytes(data)
     address = local_cluster.scheduler_address
-    kill, alive = kill_one(address, lambda stage, done, total: done >= 2)
-    monkeypatch.setattr(ProgressBars, "show", lambda self, *step: kill(*step))
+    with distributed.Client(address, set_as_default=False) as client:
+        alive = list(client.run(os.getpid).values())
+
+    def kill_one(bars, stage, done, total):
+        if len(alive) == 2 and done >= 2:
+            os.kill(alive.pop(), signal.SIGKILL)
+
+    monkeypatch.setattr(ProgressBars, "show", kill_one)
     found = []
     for name, words in (("far", ("--scheduler", address)), ("near", ("--workers", 1))):
         result = run("enrol", tmp_path / name, folder, "--json", *words)

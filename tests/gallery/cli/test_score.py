@@ -70,30 +70,12 @@ def test_what_was_noticed_on_reading_is_said_once(score, pair, pressed, workers)
     assert json.loads(result.stdout)["notes"] == [{"note": INVERTED, "prints": prints}]
 
 
-def test_a_calibration_of_one_s_own(score, tmp_path):
-    fitted, output = tmp_path / "calibration.json", tmp_path / "scores.csv"
-    fitted.write_text(
-        '{"provenance": {"sets": [], "impostors": 0, "version": "", "command": ""},'
-        '"tail_scale": 1, "tail_shape": 0, "knots": [[0, 0], [1e9, 17]]}'
-    )
-    assert score("--calibration", fitted, "--threshold", 18).exit_code == 0
-    assert rows_of(output) == []
-    assert score("--calibration", fitted).exit_code == 0
-    assert all(0 < float(row["score"]) < 17 for row in rows_of(output))
-
-
 def test_identical_prints_are_found_in_images_and_a_gallery(run, prints, gallery, tmp_path):
     folder = copied(prints, tmp_path / "probes", "2_1.png")
     Image.open(prints / "1_1.png").save(folder / "copy.bmp", dpi=(500, 500))
-    output = tmp_path / "out.csv"
-    words = ("score", "--references", gallery, "--probes", folder, "-o", output, "--workers", 1)
-    result = run(*words, "--json")
-    found = json.loads(result.stdout)["identical"]
+    words = ("--references", gallery, "--probes", folder, "-o", tmp_path / "out.csv", "--json")
+    found = json.loads(run("score", *words, "--workers", 1).stdout)["identical"]
     assert found == {"pairs": 2, "first": [["2_1.png", "2_1"], ["copy.bmp", "1_1"]]}
-    assert "note: 2 pairs of identical prints: 2_1.png with 2_1; copy.bmp with 1_1" in result.stderr
-    listed = tmp_path / "list.csv"
-    listed.write_text("probe,reference\n2_1,1_1\n2_1,1_2\n")
-    assert json.loads(run(*words, "--pairs", listed, "--json").stdout)["identical"]["pairs"] == 0
 
 
 def test_a_finished_run_is_not_done_again(score, run, gallery, pair, tmp_path):

@@ -188,15 +188,6 @@ def test_files_of_a_killed_process_are_deleted(gallery):
     assert files_of(gallery) == left
 
 
-def test_missing_files_are_built_again(gallery):
-    gallery.add([new_entry(number) for number in range(5)])
-    expected = contents(index_of(gallery), gallery)
-    files_of(gallery)[0].unlink()
-    assert contents(index_of(gallery), gallery) == expected
-    shutil.rmtree(files_of(gallery)[0].parent)
-    assert contents(index_of(gallery), gallery) == expected
-
-
 @pytest.mark.parametrize("of", ["gallery", "version"])
 def test_the_index_of_another_gallery_or_version_is_not_used(gallery, tmp_path, monkeypatch, of):
     gallery.add([new_entry(number) for number in range(5)])

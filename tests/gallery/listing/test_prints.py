@@ -22,8 +22,6 @@ def test_folders_are_their_images_and_files_are_themselves(folder):
     found = find_prints([folder / "notes.txt", folder, folder / "9_1.tif"])
     assert [file.path.name for file in found] == ["notes.txt", "9_1.tif", "10_1.tif", "a_x.png"]
     assert {file.dpi for file in found} == {None}
-    (folder / "dataset.toml").write_text("dpi = 569\n")
-    assert find_prints([folder / "9_1.tif"]) == [PrintFile(folder / "9_1.tif", 569.0)]
     assert {file.dpi for file in find_prints([folder], 1000)} == {1000}
 
 

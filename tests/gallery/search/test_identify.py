@@ -99,12 +99,6 @@ def test_what_is_out_of_range_is_refused(fill, wrong):
         identify_at(fill(1), 50, **wrong)
 
 
-def test_unknown_matchers_are_refused(gallery):
-    gallery.add(entries_of(template_at(1)))
-    with pytest.raises(MatcherError, match="unknown matcher"):
-        Search(gallery, "nobody")
-
-
 def test_scores_are_those_of_verify_on_the_enrolled_templates(gallery, template):
     gallery.add(entries_of(template))
     result = identify(Search(gallery), template, transforms=True)
@@ -146,13 +140,6 @@ def test_chance_falls_with_the_score_whatever_the_order(scores, among, rng):
     mixed = rng.sample(range(len(scores)), len(scores))
     again = expected_by_chance([scores[k] for k in mixed], among)
     assert again.tolist() == chance[mixed].tolist()
-
-
-def test_copies_of_the_finger_change_nothing():
-    alone = expected_by_chance([80.0, 30.0, 28.0, 27.0, 26.0, 25.0], 10**6)[0]
-    with_copies = expected_by_chance([80.0] * 5 + [30.0, 28.0, 27.0, 26.0, 25.0], 10**6)
-    assert with_copies[0] == pytest.approx(5 * 10**-5)
-    assert alone < with_copies[0] < 0.001
 
 
 def test_candidates_that_chance_explains_are_left_out(search):

@@ -33,7 +33,7 @@ def assert_private(folder, number):
 
 
 @pytest.mark.skipif(not COMPILED, reason="an index needs compiled kernels")
-def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
+def test_galleries_their_journals_and_indices(tmp_path, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.search.search.EXHAUSTIVE_UP_TO", 2)
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k) for k in range(3)])
@@ -43,12 +43,3 @@ def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
             connection.exec_driver_sql("UPDATE fpmatch_entry SET source = 'x'")
             assert (tmp_path / "g.db-journal").exists()
             assert_private(tmp_path, 4)
-    (tmp_path / "g.db.prepared").rename(tmp_path / "kept")
-    (tmp_path / "g.db.prepared").write_bytes(b"in the way: then the cache folder is used")
-    (tmp_path / "g.db.prepared").chmod(0o600)
-    with open_gallery(tmp_path / "g.db") as gallery:
-        notes = []
-        Search(gallery, engine=serial(), note=notes.append)
-    assert [note.startswith(f"the index of {tmp_path / 'g.db'} is kept in ") for note in notes]
-    assert len(list((cache / "fpmatch" / "galleries").iterdir())) == 1
-    assert_private(tmp_path, 7)

@@ -1,23 +1,16 @@
 import json
 
-from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.store.rows import new_entry
+from fpmatch import save_template
 from fpmatch.matching.calibration import load_calibration
 from research.templates.making import make_templates
 
 
 def test_scores_of_the_default_matcher_are_refused_with_the_reason_and_the_command(run, tmp_path):
     """The command that the reason names makes a file that is taken: as the prints are."""
-    prints = tmp_path / "prints.db"
-    with open_gallery(prints, create=True) as gallery:
-        templates = make_templates(0, range(17), 3)
-        gallery.add(
-            [
-                new_entry(Label(str(k // 3), impression=str(k % 3)), f"{k}", bytes([k]), template)
-                for k, template in enumerate(templates)
-            ]
-        )
+    prints = tmp_path / "prints"
+    prints.mkdir()
+    for k, template in enumerate(make_templates(0, range(17), 3)):
+        save_template(prints / f"{k // 3}_{k % 3}.json", template)
     scores, output = tmp_path / "scores.csv", tmp_path / "c.json"
     options = ["--scores", scores, "--bootstrap", 0]
     assert run("evaluate", prints, *options).exit_code == 0

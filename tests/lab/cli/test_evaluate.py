@@ -22,7 +22,7 @@ def known_answers(monkeypatch, bench):
     """Let the command run with a matcher and an extractor whose answers are known."""
     monkeypatch.setattr(work, "get_matcher", lambda name: bench.MATCHER)
     monkeypatch.setattr(
-        extraction, "extract_image", lambda path, dpi, **_: bench.extractor(path, dpi)
+        extraction, "extract_print", lambda file, **_: bench.extractor(file.path, file.dpi)
     )
 
 
@@ -52,16 +52,6 @@ def test_rates_in_a_table_and_as_json_and_failures_on_stderr(evaluate, database)
 
 
 @pytest.mark.usefixtures("known_answers")
-def test_report_is_one_page(evaluate, database, tmp_path):
-    pytest.importorskip("matplotlib")
-    folder = tmp_path / "made" / "report"
-    result = evaluate(database, "--report", folder, "--bootstrap", 50)
-    assert (result.exit_code, f"{folder / 'index.html'}\n" in result.stderr) == (1, True)
-    assert [path.name for path in folder.iterdir()] == ["index.html"]
-    assert "<li>3_3.tif: " in (folder / "index.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.usefixtures("known_answers")
 def test_a_baseline_is_compared_pair_by_pair(evaluate, database, tmp_path):
     path = tmp_path / "scores.csv"
     evaluate(database, "--scores", path)
@@ -81,11 +71,11 @@ def test_the_options_of_reading_come_before_dataset_toml(
 ):
     asked = set()
 
-    def extract(path, dpi, reader, **_):
-        asked.add((dpi, reader.folders[path.parent].polarity, reader.reader.raw_sizes))
-        return bench.extractor(path, dpi)
+    def extract(file, reader, **_):
+        asked.add((file.dpi, reader.folders[file.path.parent].polarity, reader.reader.raw_sizes))
+        return bench.extractor(file.path, file.dpi)
 
-    monkeypatch.setattr(extraction, "extract_image", extract)
+    monkeypatch.setattr(extraction, "extract_print", extract)
     place = make_database("prints", toml='dpi = 569\npolarity = "dark"\n')
     for given in ((), ("--dpi", 1000, "--polarity", "white", "--raw", "9x8")):
         evaluate(place, "--bootstrap", 0, *given)

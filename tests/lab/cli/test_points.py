@@ -11,7 +11,7 @@ from tests.conftest import rows_of
 MOVE = Similarity(1.7, math.radians(-130), 250.0, -40.0)
 KEYS = [
     "match", "transform", "pairs", "matched_share", "rms", "chance", "local_matches", "reason",
-    "equal_maps", "points", "matcher", "tolerance", "rho", "area_tolerance", "p", "q",
+    "equal_maps", "points", "matcher", "tolerance", "rho", "p", "q",
 ]  # fmt: skip
 
 

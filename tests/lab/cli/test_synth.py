@@ -1,8 +1,10 @@
 import json
+import tomllib
 
 from tests.conftest import assert_refused
 
-SMALL = ("--fingers", 1, "--impressions", 1, "--workers", 1)
+PRINTS = ("--preset", "easy", "--sensor", "capacitive-300x300", "--seed", 2)
+SMALL = ("--fingers", 1, "--impressions", 1, "--workers", 1, *PRINTS)
 
 
 def test_a_small_database_is_made_and_then_left_alone(run, tmp_path):
@@ -10,6 +12,8 @@ def test_a_small_database_is_made_and_then_left_alone(run, tmp_path):
     first, again = run("synth", out, *SMALL), run("synth", out, *SMALL)
     assert (first.exit_code, again.exit_code, first.stderr) == (0, 0, "")
     assert sorted(p.name for p in out.iterdir()) == ["101_1.tif", "dataset.toml", "truth"]
+    made = tomllib.loads((out / "dataset.toml").read_text())["synthesis"]
+    assert (made["preset"], made["sensors"], made["seed"]) == ("easy", ["capacitive-300x300"], 2)
     assert ": 1 picture in " in first.stdout
     assert again.stdout.endswith(": nothing to do\n")
     document = json.loads(run("synth", out, *SMALL, "--json").stdout)

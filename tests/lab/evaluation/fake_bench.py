@@ -54,16 +54,4 @@ class Fake(Matcher):
         )
 
 
-class Dying(Fake):
-    """Take its process down, as a worker out of memory would."""
-
-    name = "dying"
-
-    def compare(self, probe, reference):
-        import os
-
-        os._exit(1)
-
-
 MATCHER = Fake()
-DYING = Dying()

@@ -88,8 +88,8 @@ def test_a_subject_counts_once_with_its_highest_score(tmp_path):
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        ("", "line 0: not a file of candidates: the first line names the columns"),
-        ("1_1,2,0.5\n", "line 1: not a file of candidates"),
+        ("", "line 0: the first line names no column 'probe'; needed: probe, subject, score"),
+        ("1_1,2,0.5\n", "line 1: the first line names no column 'probe'"),
         (HEAD, "holds no search"),
         (HEAD + "1_1,9,0.5\n", "line 2: candidate '9' is not enrolled"),
         (HEAD + "ann,1,0.5\n", "line 2: the subject of probe 'ann' is not known"),

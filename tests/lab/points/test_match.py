@@ -21,13 +21,11 @@ from pointset_strategies import (
 
 from fpmatch.errors import PointSetError
 from fpmatch.lab.points.match import POINT_MATCHERS, match_points
-from fpmatch.lab.points.triangles import _proposal_kernel
 from fpmatch.lab.points.triangles.matcher import match_by_triangles
 from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen
+from fpmatch.pointset.geometry._grid_kernel import COMPILED
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.matcher import match_by_unit_circle
-
-COMPILED = _proposal_kernel.COMPILED
 
 every_matcher = pytest.mark.parametrize("matcher", POINT_MATCHERS)
 

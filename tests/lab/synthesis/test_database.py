@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 from fpmatch.errors import DatasetError, OutputError
+from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.synthesis.database import DatabaseMade, Plan, make_database
 from fpmatch.lab.synthesis.master import MasterParameters
@@ -64,17 +65,16 @@ def test_images_have_their_size_and_resolution(tmp_path):
             assert (image.format, image.mode) == ("TIFF", "L")
             assert image.size == (sensor.width, sensor.height)
             assert tuple(map(float, image.info["dpi"])) == (sensor.dpi, sensor.dpi)
-    assert load_dataset(tmp_path).dpi is None
+    assert {one.dpi for one in load_dataset(tmp_path).impressions} == {None}
 
 
 def test_any_number_of_workers_makes_the_same_dataset(tmp_path, undisturbed):
     made = make(tmp_path, workers=2)
     assert contents(tmp_path) == undisturbed
     dataset = load_dataset(tmp_path)
-    names = [(i.finger, i.number) for i in dataset.impressions]
-    assert names == [(101, 1), (101, 2), (102, 1), (102, 2)]
-    assert (dataset.name, dataset.dpi) == ("synthetic, clean, seed 7", 500)
-    assert dataset.sensor == "synthetic 64x72@500dpi"
+    assert [one.path.stem for one in dataset.impressions] == ["101_1", "101_2", "102_1", "102_2"]
+    info = (dataset.name, dataset.impressions[0].dpi, read_dataset_info(tmp_path).sensor)
+    assert info == ("synthetic, clean, seed 7", 500, "synthetic 64x72@500dpi")
     assert made == DatabaseMade(tmp_path, 2, 2, 2, sum(map(len, undisturbed.values())))
     (tmp_path / "102_1.tif").unlink()  # a missing image is made again
     assert make(tmp_path).made == 1

@@ -1,10 +1,10 @@
 """95 % intervals of error rates, by the bootstrap over fingers: how they scatter with others.
 
 The comparisons of a database are not independent: a poor finger affects all its pairs. Fingers are
-therefore drawn with replacement, as many as there are, never single comparisons. A finger drawn w
-times counts w times in each of its genuine pairs; a pair of fingers drawn v and w times counts v·w
-times as an impostor pair. A finger is never an impostor to a copy of itself. Where the fingers are
-not known, as in scores without names, single comparisons are drawn; rates then scatter too little.
+therefore drawn with replacement, as many as there are, never single comparisons; where they are not
+known, there is no interval. A finger drawn w times counts w times in each of its genuine pairs; a
+pair of fingers drawn v and w times counts v·w times as an impostor pair. A finger is never an
+impostor to a copy of itself.
 
 If no error occurs, every draw has none, which limits nothing: the limit is then one-sided, by
 Clopper and Pearson, where each finger is one trial, because its impressions are not independent.
@@ -23,8 +23,7 @@ binomial", Biometrika 26 (1934); without an error it is about the rule of 3 of I
 from __future__ import annotations
 
 from bisect import bisect_left
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.random import default_rng
@@ -32,34 +31,25 @@ from numpy.random import default_rng
 from fpmatch.lab.evaluation.rates.error_rates import FMR_LIMITS, ROUNDING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.rates.scores import Trials
 
     Counts = NDArray[np.int64]
+    Floats = NDArray[np.float64]
+    Limits = list[float] | None
+    Bound = dict[str, Any] | None
 
 BOOTSTRAPPED: Final = ("eer", *FMR_LIMITS)
-"""The rates that are bootstrapped; those that depend on one extreme score cannot be."""
+"""The rates that have an interval; ZeroFMR and ZeroFNMR depend on one extreme score each."""
 DEFAULT_BOOTSTRAP: Final = 1000
 MIN_FINGERS: Final = 5  # of a database
-MIN_COMPARISONS: Final = 10  # of a kind, where the fingers are not known
 CONFIDENCE: Final = 0.95
 BOOTSTRAP: Final = "bootstrap"
 CLOPPER_PEARSON: Final = "clopper-pearson"
 CHANCE: Final = 0.5  # the EER of guessing, which no limit of an EER exceeds
-
-
-class Replicates(NamedTuple):
-    """The rates of every draw of fingers; NaN where a draw left no pairs of a kind.
-
-    `sets` has shape (databases, draws, rates): the EER, then the FNMR at some FMRs; `pooled` has
-    shape (draws, rates), of all databases' scores under one threshold.
-    """
-
-    sets: NDArray[np.float64]
-    pooled: NDArray[np.float64]
 
 
 def draw_fingers(fingers: int, bootstrap: int, seed: int, set_index: int = 0) -> Counts:
@@ -76,56 +66,27 @@ def bootstrap_rates(
     bootstrap: int,
     seed: int,
     limits: Sequence[float] = tuple(FMR_LIMITS.values()),
-) -> Replicates:
+) -> tuple[Floats, Floats]:
     """Compute the EER, and the FNMR at each FMR of `limits`, for draws of each database's fingers.
 
-    The same seed draws the same fingers, whatever the similarities, so that two runs over the same
-    prints can be compared draw by draw. Where the fingers of a database are not known, its single
-    comparisons are drawn.
+    Returns arrays (databases, draws, rates) and, of all databases' scores under one threshold,
+    (draws, rates); NaN where a draw left no pairs of a kind, or fingers are not known. The same
+    seed draws the same fingers, whatever the similarities, so that two runs over the same prints
+    can be compared draw by draw.
     """
-    sets = np.empty((len(trials), bootstrap, 1 + len(limits)))
-    pooled = np.empty((bootstrap, 1 + len(limits)))
+    sets = np.full((len(trials), bootstrap, 1 + len(limits)), np.nan)
+    pooled = sets[0].copy()
+    if not all(one.fingers for one in trials):
+        return sets, pooled
+    draws = [draw_fingers(one.fingers, bootstrap, seed, k) for k, one in enumerate(trials)]
     ranked, together = [RankedScores([one]) for one in trials], RankedScores(trials)
-    draws = [_draws(one, bootstrap, seed, k) for k, one in enumerate(trials)]
-    for n, counts in enumerate(zip(*draws, strict=True)):
-        for k, drawn in enumerate(counts):
-            sets[k, n] = ranked[k].rates(drawn, limits)
+    for n in range(bootstrap):
+        for k, one in enumerate(ranked):
+            sets[k, n] = one.rates(draws[k][n], limits)
         pooled[n] = sets[0, n]
         if len(trials) > 1:
-            pooled[n] = together.rates(np.concatenate(counts), limits)
-    return Replicates(sets, pooled)
-
-
-def bootstrap_fmr(
-    trials: Sequence[Trials], threshold: float, bootstrap: int, seed: int
-) -> NDArray[np.float64]:
-    """Return the FMR at a threshold for draws of fingers, databases pooled; NaN if undefined."""
-    matches, total = np.zeros(bootstrap), np.zeros(bootstrap)
-    for k, t in enumerate(trials):
-        probe, reference = t.probe[~t.genuine], t.reference[~t.genuine]
-        reached = t.similarity[~t.genuine] >= threshold
-        for n, counts in enumerate(draw_fingers(t.fingers, bootstrap, seed, k)):
-            weights = counts[probe] * counts[reference]
-            matches[n] += weights @ reached
-            total[n] += weights.sum()
-    with np.errstate(invalid="ignore"):
-        return np.asarray(matches / total)
-
-
-def _draws(trials: Trials, bootstrap: int, seed: int, set_index: int) -> Iterator[Counts]:
-    """Yield how often each finger, or where they are not known each comparison, is drawn."""
-    if trials.fingers:
-        yield from draw_fingers(trials.fingers, bootstrap, seed, set_index)
-        return
-    random = default_rng([seed, set_index])
-    kinds = np.flatnonzero(trials.genuine), np.flatnonzero(~trials.genuine)
-    for _ in range(bootstrap):
-        counts = np.zeros(trials.genuine.size, np.int64)
-        for kind in kinds:
-            if kind.size:
-                drawn = random.integers(kind.size, size=kind.size)
-                counts[kind] = np.bincount(drawn, minlength=kind.size)
-        yield counts
+            pooled[n] = together.rates(np.concatenate([drawn[n] for drawn in draws]), limits)
+    return sets, pooled
 
 
 class RankedScores:
@@ -154,7 +115,7 @@ class RankedScores:
         self._below = [np.searchsorted(scores, threshold).tolist() for scores in (ours, theirs)]
         self._genuine_up_to = np.searchsorted(ours, theirs, side="right")
 
-    def rates(self, counts: Counts, limits: Sequence[float]) -> NDArray[np.float64]:
+    def rates(self, counts: Counts, limits: Sequence[float]) -> Floats:
         """Return the EER and the FNMR at the FMRs of `limits` for a draw; NaN without both kinds.
 
         `counts` (units,) is how often each unit was drawn.
@@ -183,62 +144,48 @@ class RankedScores:
         return np.append(eer, genuine[rejected] / genuine[-1])
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """The limits between which a rate lies, as fractions, and the method that gives them.
-
-    By Clopper and Pearson there is one limit: in none of the `trials`, or in each of them, the rate
-    shows. A trial is a `unit`: "finger", "pair of fingers", "subject" or, where the fingers are not
-    known, "comparison".
-    """
-
-    low: float
-    high: float
-    method: str = BOOTSTRAP
-    trials: int = 0
-    unit: str = ""
-
-
 def rate_interval(
     name: str,
     rate: float | None,
-    draws: NDArray[np.float64] | None,
+    draws: Floats,
     trials: Sequence[Trials],
     *,
     mean: bool = False,
-) -> Interval | None:
+) -> tuple[Limits, Bound]:
     """Return the interval of the rate called `name`, of databases pooled or of their `mean`.
 
-    `draws` are its bootstrap replicates. There is no interval where there are too few fingers.
+    `draws` are its bootstrap replicates. There is no interval where there are too few fingers, or
+    some are not known. See `with_limit`.
     """
-    if rate is None:
-        return None
-    enough = draws is not None and all(map(_are_enough, trials))
-    drawn = interval_of(draws) if enough and draws is not None else None
-    known = all(one.fingers for one in trials)
+    if rate is None or not all(one.fingers for one in trials):
+        return None, None
+    enough = min(one.fingers for one in trials) >= MIN_FINGERS
+    drawn = interval_of(draws) if enough else None
     counts = [_count(name, one) for one in trials]
     number = len(counts) * min(counts) if mean else sum(counts)
-    unit = ("pair of fingers" if name == "eer" else "finger") if known else "comparison"
-    return with_limit(drawn, rate, number, unit, highest=CHANCE if name == "eer" else 1)
+    if name == "eer":
+        return with_limit(drawn, rate, number, "pair of fingers", highest=CHANCE)
+    return with_limit(drawn, rate, number, "finger")
 
 
 def with_limit(
-    drawn: Interval | None, rate: float, trials: int, unit: str, *, highest: float = 1
-) -> Interval | None:
+    drawn: Limits, rate: float, trials: int, unit: str, *, highest: float = 1
+) -> tuple[Limits, Bound]:
     """Return the interval of a rate, of 0 or 1 the limit of so many trials, if that is wider.
 
-    A limit above `highest` states nothing, and gives no interval.
+    A limit above `highest` states nothing, and gives no interval. The basis of a limit is returned
+    beside it as JSON values: in none of the trials, or in each of them, the rate shows.
     """
     if 0 < rate < 1 or not trials:
-        return drawn
+        return drawn, None
     least = (1 - CONFIDENCE) ** (1 / trials)  # which solves p^n = 0.05
     low, high = (least, 1.0) if rate else (0.0, 1 - least)
-    if high > highest or (drawn is not None and drawn.high - drawn.low > high - low):
-        return drawn
-    return Interval(low, high, CLOPPER_PEARSON, trials, unit)
+    if high > highest or (drawn is not None and drawn[1] - drawn[0] > high - low):
+        return drawn, None
+    return [low, high], {"unit": unit, "units": trials, "method": CLOPPER_PEARSON}
 
 
-def interval_of(draws: NDArray[np.float64]) -> Interval | None:
+def interval_of(draws: Floats) -> Limits:
     """Return the limits that leave out 2.5 % of the draws on either side.
 
     Draws without a rate are NaN; where these are half of them or more, there is no interval.
@@ -246,28 +193,8 @@ def interval_of(draws: NDArray[np.float64]) -> Interval | None:
     known = draws[np.isfinite(draws)]
     if known.size <= draws.size / 2:
         return None
-    low, high = np.quantile(known, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
-    return Interval(float(low), float(high))
-
-
-def interval_json(interval: Interval | None) -> list[float] | None:
-    """Return the limits as JSON values."""
-    return None if interval is None else [interval.low, interval.high]
-
-
-def bound_json(interval: Interval | None) -> dict[str, Any] | None:
-    """Return the basis of an interval with one limit as JSON values; None for any other."""
-    if interval is None or interval.method == BOOTSTRAP:
-        return None
-    return {"unit": interval.unit, "units": interval.trials, "method": interval.method}
-
-
-def _are_enough(trials: Trials) -> bool:
-    """Return whether there are enough fingers or, where they are not known, comparisons."""
-    if trials.fingers:
-        return trials.fingers >= MIN_FINGERS
-    genuine = int(trials.genuine.sum())
-    return min(genuine, trials.genuine.size - genuine) >= MIN_COMPARISONS
+    limits: list[float] = np.quantile(known, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2]).tolist()
+    return limits
 
 
 def _count(name: str, trials: Trials) -> int:
@@ -276,9 +203,6 @@ def _count(name: str, trials: Trials) -> int:
     For the EER it is that of the FNMR or of the FMR, whichever has fewer and so the higher limit.
     """
     genuine = trials.genuine
-    if not trials.fingers:
-        of_kinds = [int(genuine.sum()), int((~genuine).sum())]
-        return min(of_kinds) if name == "eer" else of_kinds[0]
     mated = np.unique(trials.probe[genuine]).size
     if name != "eer":
         return mated

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    Floats = NDArray[np.float64]
+
 FMR_LIMITS: Final = {"fmr100": 1 / 100, "fmr1000": 1 / 1000, "fmr10000": 1 / 10_000}
 """The FMR at which each rate of that name gives the FNMR."""
 POOLED: Final = "pooled"
@@ -57,18 +59,6 @@ class Rates:
     d_prime: float | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ErrorCurves:
-    """FMR and FNMR at every distinct score in increasing order, then at infinity; shape (N,).
-
-    FMR falls from 1 to 0, FNMR rises from 0 to 1.
-    """
-
-    threshold: NDArray[np.float64]
-    fmr: NDArray[np.float64]
-    fnmr: NDArray[np.float64]
-
-
 def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
     """Compute the error rates of genuine and impostor scores.
 
@@ -85,7 +75,7 @@ def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
     if not g.size or not i.size:
         return Rates(None, None, None, None, None, None)
     return Rates(
-        eer=_equal_error_rate(error_curves(g, i)),
+        eer=_equal_error_rate(*error_curves(g, i)),
         **{name: fnmr_at_fmr(g, i, fmr) for name, fmr in FMR_LIMITS.items()},
         zero_fmr=fnmr_at_fmr(g, i, 0.0),
         zero_fnmr=float((i.size - np.searchsorted(i, g[0], side="left")) / i.size),
@@ -142,28 +132,26 @@ def fnmr_at_fmr(genuine: ArrayLike, impostor: ArrayLike, fmr: float) -> float | 
     return float(np.searchsorted(g, highest, side="right") / g.size)
 
 
-def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
-    """Compute FMR and FNMR at every threshold where one of them changes.
+def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> tuple[Floats, Floats]:
+    """Compute FMR and FNMR (N,) at every distinct score in increasing order, then at infinity.
 
-    `genuine`, `impostor` (G,): scores, greater for more similar prints. Raises a `DatasetError` if
-    a score is not a finite number, or a side has none.
+    FMR falls from 1 to 0, FNMR rises from 0 to 1. `genuine`, `impostor` (G,): scores, greater for
+    more similar prints. Raises a `DatasetError` if a score is not a finite number, or a side has
+    none.
 
     Examples
     --------
     >>> from fpmatch.lab.evaluation.rates.error_rates import error_curves
-    >>> curves = error_curves([1, 2], [0, 1])
-    >>> curves.fmr.tolist(), curves.fnmr.tolist()
+    >>> fmr, fnmr = error_curves([1, 2], [0, 1])
+    >>> fmr.tolist(), fnmr.tolist()
     ([1.0, 0.5, 0.0, 0.0], [0.0, 0.0, 0.5, 1.0])
     """
     g, i = _sorted_scores("genuine", genuine), _sorted_scores("impostor", impostor)
     if not g.size or not i.size:
         raise DatasetError("error curves need at least one genuine and one impostor score")
     threshold = np.append(np.unique(np.concatenate([g, i])), np.inf)
-    return ErrorCurves(
-        threshold=threshold,
-        fmr=(i.size - np.searchsorted(i, threshold, side="left")) / i.size,
-        fnmr=np.searchsorted(g, threshold, side="left") / g.size,
-    )
+    fmr = (i.size - np.searchsorted(i, threshold, side="left")) / i.size
+    return fmr, np.searchsorted(g, threshold, side="left") / g.size
 
 
 def threshold_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
@@ -178,16 +166,15 @@ def threshold_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
     return float(i[i.size - 1 - allowed])
 
 
-def _equal_error_rate(curves: ErrorCurves) -> float:
+def _equal_error_rate(fmr: Floats, fnmr: Floats) -> float:
     """Return where the polyline through the (FMR, FNMR) points crosses FMR = FNMR."""
-    surplus = curves.fmr - curves.fnmr  # falls from 1 to -1
+    surplus = fmr - fnmr  # falls from 1 to -1
     after = int(np.argmax(surplus <= 0))
-    before = after - 1
-    share = surplus[before] / (surplus[before] - surplus[after])
-    return float(curves.fmr[before] + share * (curves.fmr[after] - curves.fmr[before]))
+    share = surplus[after - 1] / (surplus[after - 1] - surplus[after])
+    return float(fmr[after - 1] + share * (fmr[after] - fmr[after - 1]))
 
 
-def _sorted_scores(name: str, scores: ArrayLike) -> NDArray[np.float64]:
+def _sorted_scores(name: str, scores: ArrayLike) -> Floats:
     array = np.sort(np.asarray(scores, dtype=np.float64).ravel())
     if not np.isfinite(array).all():
         raise DatasetError(f"{name} scores must be finite numbers")

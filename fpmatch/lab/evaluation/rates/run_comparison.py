@@ -14,8 +14,8 @@ percentages", Psychometrika 12 (1947).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,6 @@ from fpmatch.lab.evaluation.rates.bootstrap import (
     DEFAULT_BOOTSTRAP,
     MIN_FINGERS,
     bootstrap_rates,
-    interval_json,
     interval_of,
 )
 from fpmatch.lab.evaluation.rates.error_rates import (
@@ -34,7 +33,7 @@ from fpmatch.lab.evaluation.rates.error_rates import (
     mean_rates,
     threshold_at_fmr,
 )
-from fpmatch.lab.evaluation.rates.scores import Trials
+from fpmatch.lab.evaluation.rates.scores import Trials, split
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,8 +47,7 @@ DECISION_FMRS: Final = (FMR_LIMITS["fmr1000"], FMR_LIMITS["fmr100"])
 """Decisions are those at the first of these that the pairs allow."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Common:
+class _Common(NamedTuple):
     """The pairs of a database that both runs compared, in one order: `at` so in the later run."""
 
     scores: ScoresSet
@@ -78,23 +76,23 @@ def compare_runs(
         names = "; ".join(", ".join(sorted(one.name for one in run)) for run in (before, now))
         raise DatasetError(f"the two runs have no genuine and impostor pairs in common: {names}")
     earlier, later = [one.before for one in common], [one.now for one in common]
-    draws_before, draws_now = (bootstrap_rates(run, bootstrap, seed) for run in (earlier, later))
-    rates = [(_rates([one.before]), _rates([one.now])) for one in common]
-    enough = [bootstrap > 0 and one.fingers >= MIN_FINGERS for one in later]
-    changes = draws_now.sets - draws_before.sets
-    of_mean = draws_now.sets.mean(axis=0) - draws_before.sets.mean(axis=0)
-    of_pooled = draws_now.pooled - draws_before.pooled
+    (sets_before, before_pooled), (sets_now, now_pooled) = (
+        bootstrap_rates(run, bootstrap, seed) for run in (earlier, later)
+    )
+    of_mean = sets_now.mean(axis=0) - sets_before.mean(axis=0)
+    changes = [*(sets_now - sets_before), of_mean, now_pooled - before_pooled]
+    rates = [[error_rates(*split([run])) for run in (one.before, one.now)] for one in common]
+    rates.append([mean_rates(column) for column in zip(*rates, strict=True)])
+    rates.append([error_rates(*split(run)) for run in (earlier, later)])
     shared = sum(one.at.size for one in common)
-    parts: list[Any] = [
-        (one.scores.name, one.at.size, *rates[k], changes[k] if enough[k] else None)
-        for k, one in enumerate(common)
-    ]
-    mean, pooled = map(mean_rates, zip(*rates, strict=True)), map(_rates, (earlier, later))
-    parts.append(("mean", shared, *mean, of_mean if all(enough) else None))
-    parts.append(("pooled", shared, *pooled, of_pooled if all(enough) else None))
-    compared = [
-        {"name": name, "pairs": pairs, **_differences(*values)} for name, pairs, *values in parts
-    ]
+    about = [(one.scores.name, one.at.size, one.now.fingers) for one in common]
+    fewest = min(one.fingers for one in later)
+    about += [("mean", shared, fewest), ("pooled", shared, fewest)]
+    compared = []
+    for (name, pairs, fingers), both, draws in zip(about, rates, changes, strict=True):
+        enough = bootstrap > 0 and fingers >= MIN_FINGERS
+        differences = _differences(both[0], both[1], draws if enough else None)
+        compared.append({"name": name, "pairs": pairs, **differences})
     same = [np.count_nonzero(one.before.similarity == one.now.similarity) for one in common]
     return {
         "before": before[0].matcher,
@@ -141,13 +139,6 @@ def _keys(probe: NDArray[np.intp], reference: NDArray[np.intp], size: int) -> ND
     return np.asarray(np.minimum(probe, reference) * size + np.maximum(probe, reference))
 
 
-def _rates(trials: Sequence[Trials]) -> Rates:
-    """Return the rates of databases pooled."""
-    similarity = np.concatenate([one.similarity for one in trials])
-    genuine = np.concatenate([one.genuine for one in trials])
-    return error_rates(similarity[genuine], similarity[~genuine])
-
-
 def _differences(
     before: Rates, now: Rates, changes: NDArray[np.float64] | None
 ) -> dict[str, dict[str, Any]]:
@@ -167,11 +158,11 @@ def _differences(
             interval, verdict = None, "no change"
         elif interval is None:
             verdict = "too few fingers to tell"
-        elif interval.low <= 0 <= interval.high:
+        elif interval[0] <= 0 <= interval[1]:
             verdict = "within chance"
         else:
             verdict = "better" if is_now < was else "worse"
-        limits = {"change_interval": interval_json(interval), "verdict": verdict}
+        limits = {"change_interval": interval, "verdict": verdict}
         differences[rate] = {"before": was, "now": is_now, **limits}
     return differences
 

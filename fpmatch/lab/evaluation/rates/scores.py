@@ -1,6 +1,6 @@
 r"""Scores of comparisons, read from files: of fpmatch, or of any other matcher.
 
-A file is CSV (comma, semicolon or tab) or Parquet. Its first line names the columns: ``probe`` and
+A file is CSV (comma, semicolon or tab). Its first line names the columns: ``probe`` and
 ``reference``, the names of the two prints; ``similarity`` or ``score``; and perhaps ``genuine`` (1
 or 0), ``matcher`` and ``set``, the database. Other columns are not read. A row without a score is a
 comparison that failed. Without a column ``genuine``, or where it is empty, the names of the prints
@@ -25,22 +25,19 @@ from fpmatch.gallery.listing.folders import natural_key
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
     Numbers = NDArray[np.float64]
     FingerOf = Callable[[str], str | None]
 
-NO_TEMPLATE: Final = "no template"
 _PRINT_NAME: Final = re.compile(r"(\d+)_\d+(\.\w+)?", re.ASCII)
 _LABELS: Final = {"1": True, "genuine": True, "0": False, "impostor": False}
-_NO_SCORE: Final = frozenset({"", "nan", "na", "none", "null"})
+_NO_SCORE: Final = frozenset({"", "na", "none", "null"})
 _FORM: Final = (
     "the first line names the columns: probe, reference, similarity or score, perhaps genuine"
 )
-_error: Final = partial(row_error, DatasetError)
-_NEEDS_PYARROW: Final = "Parquet needs pyarrow: pip install 'fpmatch[parquet]'"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,27 +99,26 @@ class ScoresSet:
             alive[self.probe[self.compared]] = alive[self.reference[self.compared]] = True
         return [name for name, is_alive in zip(self.prints, alive, strict=True) if not is_alive]
 
-    def split(self) -> tuple[Numbers, Numbers]:
-        """Return the similarities of genuine and of impostor pairs."""
-        genuine = self.trials.genuine
-        return self.trials.similarity[genuine], self.trials.similarity[~genuine]
+
+def split(sets: Sequence[Trials]) -> tuple[Numbers, Numbers]:
+    """Return the similarities of genuine and of impostor comparisons of all databases.
+
+    Rates are computed on them and not on scores: calibration keeps their order, but ties its ends.
+    """
+    similarity = np.concatenate([one.similarity for one in sets])
+    genuine = np.concatenate([one.genuine for one in sets])
+    return similarity[genuine], similarity[~genuine]
 
 
 def unnamed_set(
-    genuine: Numbers,
-    impostor: Numbers,
-    *,
-    matcher: str = "",
-    name: str = "scores",
-    distances: bool = False,
+    genuine: Numbers, impostor: Numbers, name: str = "scores", *, distances: bool = False
 ) -> ScoresSet:
     """Return scores whose prints and fingers are not known; NaN where a comparison failed."""
-    similarity = np.concatenate([genuine, impostor])
+    similarity, nothing = np.concatenate([genuine, impostor]), np.empty(0, np.intp)
     kind = np.arange(similarity.size) < genuine.size
     trials = Trials.without_fingers(filled(similarity), kind)
-    nothing = np.empty(0, np.intp)
     compared = np.isfinite(similarity)
-    return ScoresSet(matcher, name, (), nothing, nothing, trials, compared, distances)
+    return ScoresSet("", name, (), nothing, nothing, trials, compared, distances)
 
 
 def filled(similarity: Numbers) -> Numbers:
@@ -130,30 +126,6 @@ def filled(similarity: Numbers) -> Numbers:
     failed = np.isnan(similarity)
     lowest = min(0.0, float(similarity[~failed].min(initial=0.0)))
     return np.where(failed, lowest, similarity)
-
-
-def ranks_of(scores: ScoresSet) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
-    """Search each impression of a database among all others, by the similarities of all pairs.
-
-    The result is the rank of each probe's own finger among all fingers, from 1 on, and that finger,
-    in the impressions' order; a finger counts by its most similar impression. It is None where not
-    all pairs were compared (protocol "fvc"), each once, the fingers are not known, or there are not
-    two of them, one with two impressions.
-    """
-    count, pairs, trials = len(scores.prints), scores.probe.size, scores.trials
-    if pairs != count * (count - 1) // 2 or trials.fingers < 2:
-        return None
-    finger = np.zeros(count, np.intp)
-    finger[scores.probe], finger[scores.reference] = trials.probe, trials.reference
-    probes = np.flatnonzero(np.bincount(finger)[finger] > 1)
-    if not probes.size:
-        return None
-    table = np.full((count, count), -np.inf)
-    table[scores.probe, scores.reference] = trials.similarity
-    table = np.maximum(table, table.T)[probes]
-    best = np.stack([table[:, finger == f].max(axis=1) for f in range(trials.fingers)])
-    own = best[finger[probes], np.arange(probes.size)]
-    return np.count_nonzero(best >= own, axis=0), finger[probes]  # the own finger is one of them
 
 
 def finger_in_name(pattern: str | None = None) -> FingerOf:
@@ -204,28 +176,27 @@ def read_scores(
     >>> scores.name, scores.prints, scores.trials.genuine.tolist()
     ('mine', ('1_1', '2_1', '1_2'), [False, True])
     """
-    table = _rows_of(path)
+    table = csv_rows(path, DatasetError, exact=True, comments=True)
+    refused = partial(row_error, DatasetError, path)
     line, head = next(table, (0, []))
-    places = {str(cell).strip().casefold(): k for k, cell in enumerate(head)}
+    places = {cell.strip().casefold(): k for k, cell in enumerate(head)}
     score = next((places[one] for one in ("similarity", "score") if one in places), None)
     if score is None or not {"probe", "reference"} <= places.keys():
         raise DatasetError(f"line {line}: not a file of scores: {_FORM}", path=path)
-    read = [places.get(one, -1) for one in ("matcher", "set", "probe", "reference")]
-    beside = places.get("genuine", -1), places.get("reason", -1)
+    read = [places.get(one, -1) for one in ("matcher", "set", "probe", "reference", "genuine")]
     by_set: dict[tuple[str, str], list[Any]] = {}
     for line, row in table:
         cells = [*row, *[""] * (len(head) - len(row)), ""]
         if len(row) > len(head):
-            raise _error(path, line, f"{len(row)} columns instead of {len(head)}")
-        matcher, of_set, probe, reference = (str(cells[k]) for k in read)
-        genuine, reason = (str(cells[k]).strip().casefold() for k in beside)
+            raise refused(line, f"{len(row)} columns instead of {len(head)}")
+        matcher, of_set, probe, reference, genuine = (cells[k] for k in read)
+        genuine = genuine.strip().casefold()
         if not (probe and reference):
-            raise _error(path, line, "no name of a print")
+            raise refused(line, "no name of a print")
         if genuine and genuine not in _LABELS:
-            raise _error(path, line, f"genuine must be 1 or 0, not {genuine!r}")
-        value = math.nan if reason == NO_TEMPLATE else _number(path, line, cells[score])
+            raise refused(line, f"genuine must be 1 or 0, not {genuine!r}")
+        value = _number(path, line, cells[score]) * (-1 if distances else 1)
         key = matcher, of_set or (Path(path).stem if name is None else name)
-        value = -value if distances else value
         by_set.setdefault(key, []).append((line, probe, reference, _LABELS.get(genuine), value))
     if not by_set:
         raise DatasetError("holds no comparison", path=path)
@@ -245,14 +216,17 @@ def read_genuine_and_impostor(
     """
     kinds = []
     for path in (genuine, impostor):
-        values = []
-        for n, (line, row) in enumerate(_rows_of(path)):
-            if n or _is_number(row[-1]):
+        values, rows = [], csv_rows(path, DatasetError, exact=True, comments=True)
+        for n, (line, row) in enumerate(rows):
+            try:
                 values.append(_number(path, line, row[-1]))
+            except DatasetError:
+                if n:
+                    raise
         if not values:
             raise DatasetError("holds no score", path=path)
         kinds.append(np.array(values) * (-1 if distances else 1))
-    return unnamed_set(*kinds, distances=distances)
+    return unnamed_set(kinds[0], kinds[1], distances=distances)
 
 
 def choose_matcher(
@@ -287,7 +261,7 @@ def _as_set(
     def refuse(wrong: NDArray[np.intp], why: Callable[[Any], str]) -> None:
         if wrong.size:
             line, one, other, *_ = rows[wrong[0]]
-            raise _error(path, line, f"{one!r} and {other!r} {why(wrong[0])}")
+            raise row_error(DatasetError, path, line, f"{one!r} and {other!r} {why(wrong[0])}")
 
     ordered = probe * len(prints) + reference
     _, first, again = np.unique(ordered, return_index=True, return_inverse=True)
@@ -327,49 +301,19 @@ def _as_set(
         )
         both = finger[probe[kept]], finger[reference[kept]]
         trials = Trials(similarity[kept], *both, len(names))
-    sides = probe[kept], reference[kept]
-    return ScoresSet(
-        prints=prints,
-        probe=sides[0],
-        reference=sides[1],
-        trials=trials,
-        compared=compared[kept],
-        **about,
-    )
+    of: dict[str, Any] = {"probe": probe[kept], "reference": reference[kept], **about}
+    return ScoresSet(prints=prints, trials=trials, compared=compared[kept], **of)
 
 
-def _number(path: str | os.PathLike[str], line: int, cell: Any) -> float:
+def _number(path: str | os.PathLike[str], line: int, cell: str) -> float:
     """Return the number in a cell, NaN where there is none; infinite numbers are errors."""
-    text = str(cell).strip().casefold()
+    text = cell.strip().casefold()
     if text in _NO_SCORE:
         return math.nan
-    if not _is_number(text) or math.isinf(float(text)):
-        raise _error(path, line, f"{cell!r} is not a finite number")
-    return float(text)
-
-
-def _is_number(cell: Any) -> bool:
     try:
-        float(str(cell))
+        value = float(text.replace("_", "?"))  # which Python takes for a number
     except ValueError:
-        return False
-    return "_" not in str(cell)  # which Python takes for a number
-
-
-def _rows_of(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[Any]]]:
-    """Yield line number and cells of each row; blank lines and comments are left out."""
-    if Path(path).suffix.lower() != ".parquet":
-        yield from csv_rows(path, DatasetError, exact=True, comments=True)
-        return
-    try:
-        from pyarrow import ArrowException, parquet  # noqa: PLC0415
-    except ImportError as error:
-        raise DatasetError(_NEEDS_PYARROW, path=path) from error
-    try:
-        table = parquet.read_table(path, page_checksum_verification=True)
-    except (ArrowException, ValueError, OSError) as error:
-        raise DatasetError("not a Parquet file of scores, or damaged", path=path) from error
-    yield 1, table.column_names
-    columns = [column.to_pylist() for column in table.columns]
-    for line, row in enumerate(zip(*columns, strict=True), 2):
-        yield line, ["" if cell is None else cell for cell in row]
+        value = math.inf
+    if math.isinf(value):
+        raise row_error(DatasetError, path, line, f"{cell!r} is not a finite number")
+    return value

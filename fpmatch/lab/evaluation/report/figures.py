@@ -6,18 +6,11 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import OutputError
 from fpmatch.gallery.batch.score import calibration_of
 from fpmatch.lab.evaluation.rates.error_rates import error_curves
-from fpmatch.lab.evaluation.report.results import split_scores
-from fpmatch.lab.plots.style import (
-    PLOT_DPI,
-    SERIES_COLOURS,
-    check_plot,
-    figure_bytes,
-    plain_style,
-)
+from fpmatch.lab.evaluation.rates.scores import split
+from fpmatch.lab.plots.style import SERIES_COLOURS, check_plot, plain_style, save_figure
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
@@ -52,12 +45,12 @@ def det_curves(reports: Sequence[RatesReport]) -> list[Curve]:
 
     There are none where a matcher lacks a kind of pair, and none of a database that lacks one.
     """
-    pooled = [Curve(report.matcher, *split_scores(report.sets)) for report in reports]
+    pooled = [Curve(report.matcher, *split(report.trials)) for report in reports]
     if not all(curve.genuine.size and curve.impostor.size for curve in pooled):
         return []
     if len(reports) > 1:
         return pooled
-    curves = [Curve(row.name, *split_scores([row])) for row in reports[0].sets]
+    curves = [Curve(row.name, *split([row.scores.trials])) for row in reports[0].sets]
     usable = [c for c in curves if c.genuine.size and c.impostor.size]
     return [*usable, pooled[0]._replace(label="all pooled")] if len(usable) > 1 else usable
 
@@ -72,7 +65,7 @@ def save_det(path: str | os.PathLike[str], reports: Sequence[RatesReport]) -> No
     if not curves:
         raise OutputError(f"{path}: a DET needs genuine and impostor pairs")
     with plain_style():
-        atomic_write_bytes(path, figure_bytes(det_figure(curves), path, PLOT_DPI))
+        save_figure(path, det_figure(curves))
 
 
 def det_figure(curves: Sequence[Curve]) -> Figure:
@@ -88,9 +81,9 @@ def det_figure(curves: Sequence[Curve]) -> Figure:
     low_x = min(0.5 / max(c.impostor.size for c in curves), 0.005)
     low_y = min(0.5 / max(c.genuine.size for c in curves), 0.005)
     for k, curve in enumerate(curves):
-        errors = error_curves(curve.genuine, curve.impostor)
-        x = ndtri(np.clip(errors.fmr, low_x / 2, 1 - low_x / 2))
-        y = ndtri(np.clip(errors.fnmr, low_y / 2, 1 - low_y / 2))
+        fmr, fnmr = error_curves(curve.genuine, curve.impostor)
+        x = ndtri(np.clip(fmr, low_x / 2, 1 - low_x / 2))
+        y = ndtri(np.clip(fnmr, low_y / 2, 1 - low_y / 2))
         separates = curve.genuine.min() > curve.impostor.max()
         note = " (a threshold without errors: not in the DET)" * bool(separates)
         axes.plot(x, y, label=f"{curve.label}{note}", **series_look(k))
@@ -109,7 +102,7 @@ def det_figure(curves: Sequence[Curve]) -> Figure:
 
 def score_figure(report: RatesReport) -> Figure:
     """Draw the distributions of genuine and impostor scores, with the default threshold."""
-    genuine, impostor = split_scores(report.sets)
+    genuine, impostor = split(report.trials)
     unit, calibration = "similarity", calibration_of(report.matcher)
     if report.sets[0].scores.distances:
         genuine, impostor, unit = -genuine, -impostor, "distance"

@@ -16,7 +16,6 @@ from fpmatch.drawing.overlay.draw import draw
 from fpmatch.drawing.scene.raster import reduced, webp_bytes
 from fpmatch.errors import FpmatchError
 from fpmatch.lab.evaluation.report.figures import det_curves, det_figure, score_figure
-from fpmatch.lab.evaluation.report.results import split_scores
 from fpmatch.lab.evaluation.report.text import as_text
 from fpmatch.lab.plots.style import PLOT_DPI, check_matplotlib, figure_bytes, plain_style
 from fpmatch.matching.verify import verify
@@ -66,21 +65,16 @@ def write_page(path: Path, results: Sequence[RatesReport], document: dict[str, A
             text=as_text(document),
             det=_svg(det_figure(curves)) if curves else b"",
             matchers=[_section(one) for one in results],
-            comparisons=[
-                c
-                for c in (*baselines, *document.get("against_first", ()))
-                if c["decisions"] and (c["decisions"]["gained"] or c["decisions"]["lost"])
-            ],
+            comparisons=[*baselines, *document.get("against_first", ())],
         )
     atomic_write_bytes(path, printable_lines(f"{html.lstrip()}\n").encode())
 
 
 def _section(report: RatesReport) -> dict[str, Any]:
     """Return what the section on one matcher shows."""
-    genuine, impostor = split_scores(report.sets)
     return {
         "name": report.matcher,
-        "scores": _svg(score_figure(report)) if genuine.size and impostor.size else b"",
+        "scores": _svg(score_figure(report)) if report.genuine and report.impostor else b"",
         "hardest_genuine": hardest_pairs(report, genuine=True),
         "hardest_impostors": hardest_pairs(report, genuine=False),
     }
@@ -99,15 +93,11 @@ def hardest_pairs(
     pairs with a print that gave no template are left out. The images must still be there; of scores
     from a file, the pairs are only named.
     """
-    pairs = [
-        (row, k)
-        for row in report.sets
-        if row.scores.prints
-        for k in np.flatnonzero(
-            (row.scores.trials.genuine == genuine) & row.scores.compared
-        ).tolist()
-    ]
-    sign = 1 if genuine else -1
+    pairs, sign = [], 1 if genuine else -1
+    for row in report.sets:
+        if row.scores.prints:
+            of_kind = (row.scores.trials.genuine == genuine) & row.scores.compared
+            pairs += [(row, k) for k in np.flatnonzero(of_kind).tolist()]
     pairs.sort(key=lambda pair: sign * float(pair[0].scores.trials.similarity[pair[1]]))
     hardest: list[dict[str, Any]] = []
     seen: set[tuple[str, int]] = set()

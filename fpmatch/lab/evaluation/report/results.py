@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,12 +19,10 @@ from fpmatch.lab.evaluation.rates.bootstrap import (
     CONFIDENCE,
     DEFAULT_BOOTSTRAP,
     bootstrap_rates,
-    bound_json,
-    draw_fingers,
-    interval_json,
     rate_interval,
 )
 from fpmatch.lab.evaluation.rates.error_rates import (
+    FMR_LIMITS,
     POOLED,
     Rates,
     error_rates,
@@ -33,7 +31,7 @@ from fpmatch.lab.evaluation.rates.error_rates import (
     threshold_at_fmr,
 )
 from fpmatch.lab.evaluation.rates.run_comparison import common_pairs, compare_runs
-from fpmatch.lab.evaluation.rates.scores import choose_matcher, ranks_of
+from fpmatch.lab.evaluation.rates.scores import choose_matcher, split
 from fpmatch.lab.evaluation.report.text import rates_table
 from fpmatch.printable import count
 
@@ -43,27 +41,21 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import DatasetSource
-    from fpmatch.lab.evaluation.rates.bootstrap import Replicates
     from fpmatch.lab.evaluation.rates.scores import ScoresSet, Trials
-
-WITH_INTERVALS: Final = (*BOOTSTRAPPED, "rank_one")
-"""The rates that have an interval; ZeroFMR and ZeroFNMR depend on one extreme score each."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SetRates:
     """The error rates of one database.
 
-    `scores`: its comparisons. `rates`: error rates as fractions. `ranks`: see
-    `fpmatch.lab.evaluation.rates.scores.ranks_of`. `failures`: prints that have no template
-    (failures to extract) and why; they score lowest in all pairs. `about` is what is
-    known of the prints: failures, notes, identical ones; `source` has the prints. Of scores from a
-    file they are empty.
+    `scores`: its comparisons. `rates`: error rates as fractions. `failures`: prints that have no
+    template (failures to extract) and why; they score lowest in all pairs. `about` is what is known
+    of the prints: failures, notes, identical ones; `source` has the prints. Of scores from a file
+    they are empty.
     """
 
     scores: ScoresSet = field(repr=False)
     rates: Rates
-    ranks: tuple[NDArray[np.intp], NDArray[np.intp]] | None = field(repr=False)
     failures: tuple[tuple[str, str], ...]
     about: Mapping[str, Any] = field(default_factory=dict, repr=False)
     source: DatasetSource | None = field(default=None, repr=False)
@@ -78,21 +70,14 @@ class SetRates:
         """Return the rates of scores; prints that are never compared are failures to extract."""
         reasons = about.get("failures", {})
         named = {**dict.fromkeys(scores.never_compared, "no score"), **reasons}
-        rates = error_rates(*scores.split())
-        return cls(scores, rates, ranks_of(scores), tuple(named.items()), about, source)
+        return cls(
+            scores, error_rates(*split([scores.trials])), tuple(named.items()), about, source
+        )
 
     @property
     def name(self) -> str:
         """Name of the database."""
         return self.scores.name
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the figures of the row as JSON values."""
-        figures = {"name": self.name, **_figures([self], self.rates)}
-        figures["failure_rate"] = figures["failures"] / max(1, figures["prints"])
-        if "identical" in self.about:
-            figures["identical"] = self.about["identical"]
-        return figures
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -113,7 +98,8 @@ class RatesReport:
     @classmethod
     def of(cls, sets: Sequence[SetRates], protocol: str = "") -> RatesReport:
         """Return the report on databases that one matcher has compared."""
-        mean, pooled = mean_rates(row.rates for row in sets), error_rates(*split_scores(sets))
+        pooled = error_rates(*split([row.scores.trials for row in sets]))
+        mean = mean_rates(row.rates for row in sets)
         return cls(sets[0].scores.matcher, protocol, tuple(sets), mean, pooled)
 
     def __repr__(self) -> str:
@@ -131,12 +117,12 @@ class RatesReport:
     @property
     def genuine(self) -> int:
         """Number of genuine pairs in all databases."""
-        return split_scores(self.sets)[0].size
+        return sum(int(one.genuine.sum()) for one in self.trials)
 
     @property
     def impostor(self) -> int:
         """Number of impostor pairs in all databases."""
-        return split_scores(self.sets)[1].size
+        return sum(one.genuine.size for one in self.trials) - self.genuine
 
     @property
     def failures(self) -> tuple[tuple[str, str], ...]:
@@ -149,6 +135,11 @@ class RatesReport:
         return [replace(row.scores, matcher=self.matcher) for row in self.sets]
 
     @property
+    def trials(self) -> list[Trials]:
+        """The similarities and fingers of each database's comparisons."""
+        return [row.scores.trials for row in self.sets]
+
+    @property
     def impostors(self) -> list[Trials]:
         """The impostor comparisons of each database, none of a print without template."""
         return [row.scores.impostors for row in self.sets]
@@ -159,39 +150,27 @@ class RatesReport:
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as JSON values: rates as fractions, null where undefined."""
-        return {
-            "sets": [row.as_json() for row in self.sets],
-            "mean": asdict(self.mean),
-            "pooled": _figures(self.sets, self.pooled),
-        }
+        sets = []
+        for row in self.sets:
+            figures = {"name": row.name, **_figures([row], row.rates)}
+            figures["failure_rate"] = figures["failures"] / max(1, figures["prints"])
+            if "identical" in row.about:
+                figures["identical"] = row.about["identical"]
+            sets.append(figures)
+        pooled = _figures(self.sets, self.pooled)
+        return {"sets": sets, "mean": asdict(self.mean), "pooled": pooled}
 
 
 def _figures(sets: Sequence[SetRates], rates: Rates) -> dict[str, Any]:
-    """Return what is reported of a database, or of the scores of several together, as JSON.
-
-    The rank-1 rate is the share of the probes whose own finger comes first in their own database;
-    None where not all pairs were compared.
-    """
-    genuine, impostor = split_scores(sets)
-    ranks = [row.ranks[0] for row in sets if row.ranks is not None]
-    known = len(ranks) == len(sets)
+    """Return what is reported of a database, or of the scores of several together, as JSON."""
+    genuine, impostor = split([row.scores.trials for row in sets])
     return {
         "genuine": genuine.size,
         "impostor": impostor.size,
         **asdict(rates),
-        "rank_one": float(np.mean(np.concatenate(ranks) == 1)) if known else None,
         "prints": sum(len(row.scores.prints) for row in sets),
         "failures": sum(len(row.failures) for row in sets),
     }
-
-
-def split_scores(sets: Sequence[SetRates]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the similarities of genuine and of impostor pairs of all databases.
-
-    Rates are computed on them and not on scores: calibration keeps their order, but ties its ends.
-    """
-    genuine, impostor = zip(*(row.scores.split() for row in sets), strict=True)
-    return np.concatenate(genuine), np.concatenate(impostor)
 
 
 def report_document(
@@ -211,129 +190,100 @@ def report_document(
     one, are compared. `fmrs` are false match rates at which the FNMR is reported. Of several
     matchers the first is compared with each other one that has pairs in common with it.
     """
-    draws = {"bootstrap": bootstrap, "seed": seed}
+    how = {"bootstrap": bootstrap, "seed": seed}
     each = []
     for report in results:
         document = {"matcher": report.matcher, **report.as_json()}
+        draws = None
         if bootstrap:
-            document["intervals"] = _intervals(report, document, **draws)
+            asked = (*FMR_LIMITS.values(), *fmrs)
+            draws = bootstrap_rates(report.trials, bootstrap, seed, asked)
+            document["intervals"] = _intervals(report, document, draws, **how)
         if baseline is not None:
-            earlier = list(baseline)
-            if len({one.matcher for one in earlier}) > 1:
-                earlier = choose_matcher(earlier, report.matcher, baseline_name)
-            if (
-                len(earlier) == len(report.sets) == 1
-                and earlier[0].name == Path(baseline_name).stem
-            ):
-                earlier = [replace(earlier[0], name=report.sets[0].name)]  # that of its file only
-            compared = compare_runs(earlier, report.scores, **draws)
+            earlier = _baseline_of(report, baseline, baseline_name)
+            compared = compare_runs(earlier, report.scores, **how)
             document["baseline"] = {"name": baseline_name, **compared}
         if fmrs:
-            document["fnmr_at_fmr"] = _operating_points(report, fmrs, **draws)
+            document["fnmr_at_fmr"] = _operating_points(report, fmrs, draws)
         each.append(document)
     if len(each) == 1:
         return each[0]
     first, *others = (one.scores for one in results)
-    against = [compare_runs(first, one, **draws) for one in others if common_pairs(first, one)]
+    against = [compare_runs(first, one, **how) for one in others if common_pairs(first, one)]
     return {"matchers": each, "against_first": against}
 
 
+def _baseline_of(
+    report: RatesReport, baseline: Sequence[ScoresSet], name: str
+) -> Sequence[ScoresSet]:
+    """Return the comparisons of a baseline by the report's matcher, or by its only one."""
+    if len({one.matcher for one in baseline}) > 1:
+        baseline = choose_matcher(baseline, report.matcher, name)
+    if len(baseline) == len(report.sets) == 1 and baseline[0].name == Path(name).stem:
+        return [replace(baseline[0], name=report.sets[0].name)]  # that of its file only
+    return baseline
+
+
 def _intervals(
-    report: RatesReport, document: dict[str, Any], bootstrap: int, seed: int
+    report: RatesReport, document: dict[str, Any], draws: tuple[Any, Any], bootstrap: int, seed: int
 ) -> dict[str, Any]:
     """Return the intervals of each database, of the mean, and of all scores pooled."""
-    trials = [one.trials for one in report.scores]
-    draws = bootstrap_rates(trials, bootstrap, seed)
-    hits = [_rank_one_draws(row, bootstrap, seed, k) for k, row in enumerate(report.sets)]
-    known = [one for one in hits if one is not None]
-    together = np.sum(known, axis=0) if len(known) == len(hits) else None
+    trials = report.trials
     return {
         "confidence": CONFIDENCE,
         "method": BOOTSTRAP,
         "bootstrap": bootstrap,
         "seed": seed,
-        "sets": [
-            _limits(row, draws.sets[k], hits[k], [trials[k]])
-            for k, row in enumerate(document["sets"])
-        ],
-        "mean": _limits(document["mean"], draws.sets.mean(axis=0), None, trials, mean=True),
-        "pooled": _limits(document["pooled"], draws.pooled, together, trials),
+        "sets": [_limits(row, draws[0][k], [trials[k]]) for k, row in enumerate(document["sets"])],
+        "mean": _limits(document["mean"], draws[0].mean(axis=0), trials, mean=True),
+        "pooled": _limits(document["pooled"], draws[1], trials),
     }
 
 
 def _limits(
     rates: dict[str, Any],
     draws: NDArray[np.float64],
-    hits: NDArray[np.float64] | None,
     trials: Sequence[Trials],
     *,
     mean: bool = False,
 ) -> dict[str, Any]:
-    """Return the intervals of the rates of some comparisons, of which `draws` and `hits` are."""
-    columns = dict(zip(BOOTSTRAPPED, draws.T, strict=True))
-    if hits is not None:
-        with np.errstate(invalid="ignore"):  # a draw without probes has no rate
-            columns["rank_one"] = hits[0] / hits[1]
-    intervals = {
-        name: rate_interval(name, rates.get(name), columns.get(name), trials, mean=mean)
-        for name in WITH_INTERVALS
+    """Return the intervals of the rates of some comparisons; `draws` end with asked FMRs."""
+    found = {
+        name: rate_interval(name, rates[name], column, trials, mean=mean)
+        for name, column in zip(BOOTSTRAPPED, draws.T, strict=False)
     }
-    bounds = {name: bound for name, one in intervals.items() if (bound := bound_json(one))}
-    return {**{name: interval_json(one) for name, one in intervals.items()}, "bounds": bounds}
-
-
-def _rank_one_draws(
-    row: SetRates, bootstrap: int, seed: int, set_index: int
-) -> NDArray[np.float64] | None:
-    """Return hits and probes of each draw, (2, draws); the drawn are searched among all fingers."""
-    if row.ranks is None:
-        return None
-    rank, finger = row.ranks
-    weights = draw_fingers(row.scores.trials.fingers, bootstrap, seed, set_index)[:, finger]
-    return np.stack([weights @ (rank == 1), weights.sum(axis=1)]).astype(np.float64)
+    intervals = {name: interval for name, (interval, _) in found.items()}
+    return {**intervals, "bounds": {name: bound for name, (_, bound) in found.items() if bound}}
 
 
 def _operating_points(
-    report: RatesReport, fmrs: Sequence[float], bootstrap: int, seed: int
+    report: RatesReport, fmrs: Sequence[float], draws: tuple[Any, Any] | None
 ) -> list[dict[str, Any]]:
     """Return the FNMR at the lowest threshold with at most each FMR, of each database and of all.
 
     The `threshold` is the least score that matches, of distances the greatest; None where no pair
-    matches.
+    matches. The last columns of `draws` are of these FMRs.
     """
-    trials = [one.trials for one in report.scores]
-    draws: Replicates | None = bootstrap_rates(trials, bootstrap, seed, fmrs) if bootstrap else None
-    parts: list[tuple[str, Sequence[SetRates], Any]] = [
-        (row.name, [row], draws and draws.sets[k]) for k, row in enumerate(report.sets)
+    trials = report.trials
+    parts: list[tuple[str, Sequence[Trials], Any]] = [
+        (row.name, [trials[k]], draws and draws[0][k]) for k, row in enumerate(report.sets)
     ]
-    if len(report.sets) > 1:
-        parts.append((POOLED, report.sets, draws and draws.pooled))
+    if len(parts) > 1:
+        parts.append((POOLED, trials, draws and draws[1]))
     calibration = calibration_of(report.matcher)
+    sign = -1 if report.sets[0].scores.distances else 1
     points = []
-    for name, sets, drawn in parts:
-        genuine, impostor = split_scores(sets)
+    for name, of_part, drawn in parts:
+        genuine, impostor = split(of_part)
         both = np.concatenate([genuine, impostor])
-        sign = -1 if sets[0].scores.distances else 1
-        for column, fmr in enumerate(fmrs, start=1):
+        for column, fmr in enumerate(fmrs, start=-len(fmrs)):
             fnmr, highest = fnmr_at_fmr(genuine, impostor, fmr), threshold_at_fmr(impostor, fmr)
-            interval = threshold = None
-            if fnmr is not None and highest is not None:
-                if (above := both[both > highest]).size:
-                    threshold = sign * float(above.min())
-                if drawn is not None:
-                    of_sets = [row.scores.trials for row in sets]
-                    interval = rate_interval("fnmr", fnmr, drawn[:, column], of_sets)
-            points.append(
-                {
-                    "name": name,
-                    "fmr": fmr,
-                    "fnmr": fnmr,
-                    "threshold": threshold,
-                    "score": None
-                    if calibration is None or threshold is None
-                    else calibration.score(threshold),
-                    "interval": interval_json(interval),
-                    "bound": bound_json(interval),
-                }
-            )
+            interval = bound = threshold = score = None
+            if fnmr is not None and highest is not None and (above := both[both > highest]).size:
+                threshold = sign * float(above.min())
+                score = calibration.score(threshold) if calibration is not None else None
+            if drawn is not None:
+                interval, bound = rate_interval("fnmr", fnmr, drawn[:, column], of_part)
+            point = {"name": name, "fmr": fmr, "fnmr": fnmr, "threshold": threshold}
+            points.append({**point, "score": score, "interval": interval, "bound": bound})
     return points

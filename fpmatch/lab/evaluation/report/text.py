@@ -1,8 +1,7 @@
-"""The document of a report as tables of text, LaTeX and CSV."""
+"""The document of a report as tables of text and CSV."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import atomic_write_bytes, check_writable
@@ -11,8 +10,8 @@ from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.printable import count, text_table
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Iterable, Sequence
+    from pathlib import Path
 
 RATE_TITLES: Final = {
     "eer": "EER",
@@ -22,44 +21,34 @@ RATE_TITLES: Final = {
     "zero_fmr": "ZeroFMR",
     "zero_fnmr": "ZeroFNMR",
 }
-TITLES: Final = {**RATE_TITLES, "rank_one": "rank-1"}
 TOO_FEW: Final = "too few fingers"
 _UNITS: Final = {
     "finger": "fingers",
     "subject": "subjects",
     "pair of fingers": "for the EER disjoint pairs of fingers",
-    "comparison": "comparisons as if independent",
 }
 _LEAST_P: Final = 0.0001
 _IDENTICAL_SHOWN: Final = 3
-TABLE_FORMATS: Final = (".tex", ".csv")
-_LATEX: Final = str.maketrans(
-    {
-        **{character: f"\\{character}" for character in "&%$#_{}"},
-        **{"\\": "\\textbackslash{}", "~": "\\textasciitilde{}", "^": "\\textasciicircum{}"},
-    }
-)
 
 
 def as_text(document: dict[str, Any]) -> str:
     """Return the report as tables; several matchers are side by side at the end."""
     matchers = document.get("matchers", [document])
-    parts = [_tables(one) for one in matchers]
-    if len(parts) > 1 or ":" in matchers[0]["matcher"]:  # which states parameters
-        parts = [
-            f"matcher {one['matcher']}\n{part}" for one, part in zip(matchers, parts, strict=True)
-        ]
-    if len(parts) > 1:
-        parts.append(_side_by_side(matchers))
+    parts, bounds = [], []
+    for one in matchers:
+        named = len(matchers) > 1 or ":" in one["matcher"]  # which states parameters
+        parts.append(f"matcher {one['matcher']}\n" * named + rates_table(one))
+        if "intervals" in one:
+            parts.append(_interval_table(one))
+            bounds += [bound for _, part in parts_of(one) for bound in part["bounds"].values()]
+        if "fnmr_at_fmr" in one:
+            parts.append(_points_table(one))
+            bounds += [point["bound"] for point in one["fnmr_at_fmr"]]
+        if "baseline" in one:
+            parts.append(comparison_text(one["baseline"], one["baseline"]["name"]))
+    if len(matchers) > 1:
         against = document["against_first"]
         parts += [comparison_text(one, matchers[0]["matcher"]) for one in against]
-    bounds = [
-        bound
-        for one in matchers
-        for _, part in parts_of(one)
-        for bound in part.get("bounds", {}).values()
-    ]
-    bounds += [point["bound"] for one in matchers for point in one.get("fnmr_at_fmr", ())]
     return "\n\n".join(filter(None, [*parts, bounds_note(bounds)]))
 
 
@@ -133,14 +122,12 @@ def rates_table(document: dict[str, Any]) -> str:
     sets = document["sets"]
     defined = defined_rates([*sets, document["pooled"]])
     names = [name for name in RATE_TITLES if name != "fmr10000" or name in defined]
-    head = ("database", "genuine", "impostor", *(RATE_TITLES[name] for name in names))
-    rows: list[tuple[str, ...]] = [(*head, "d'", "rank-1", "failed")]
+    titles = [RATE_TITLES[name] for name in names]
+    rows = [("database", "genuine", "impostor", *titles, "d'", "failed")]
     for row, _ in parts_of(document):
-        counts = [str(row.get(name, "")) for name in ("genuine", "impostor")]
+        counts = [str(row.get(name, "")) for name in ("name", "genuine", "impostor", "failures")]
         d_prime = "-" if row["d_prime"] is None else f"{row['d_prime']:.2f}"
-        rank = percent(row["rank_one"]) if "rank_one" in row else ""
-        cells = *counts, *(percent(row[name]) for name in names), d_prime, rank
-        rows.append((row["name"], *cells, str(row.get("failures", ""))))
+        rows.append((*counts[:3], *(percent(row[name]) for name in names), d_prime, counts[3]))
     identical = [row["identical"] for row in sets if row.get("identical", {}).get("count")]
     if not identical:
         return text_table(rows)
@@ -191,36 +178,13 @@ def comparison_text(c: dict[str, Any], name: str) -> str:
     return "\n".join(lines)
 
 
-def _tables(document: dict[str, Any]) -> str:
-    parts = [rates_table(document)]
-    if "intervals" in document:
-        parts.append(_interval_table(document))
-    if "fnmr_at_fmr" in document:
-        parts.append(_points_table(document))
-    if "baseline" in document:
-        parts.append(comparison_text(document["baseline"], document["baseline"]["name"]))
-    return "\n\n".join(parts)
-
-
-def _side_by_side(matchers: Sequence[dict[str, Any]]) -> str:
-    """Return a line a matcher: of several databases the mean EER, and the rates of all scores."""
-    names = [*defined_rates(one["pooled"] for one in matchers), "rank_one"]
-    several = len(matchers[0]["sets"]) > 1
-    mean, pooled = (["mean EER"], "pooled ") if several else ([], "")
-    rows = [("side by side", *mean, *(pooled + TITLES[name] for name in names))]
-    for one in matchers:
-        of_mean = [percent(one["mean"]["eer"])] * several
-        rows.append((one["matcher"], *of_mean, *(percent(one["pooled"][n]) for n in names)))
-    return text_table(rows)
-
-
 def _interval_table(document: dict[str, Any]) -> str:
     """Return the lines of the rates with the intervals of those that have one."""
     parts = parts_of(document)
-    if not any(part.get(name) for name in TITLES for _, part in parts):
+    if not any(part.get(name) for name in RATE_TITLES for _, part in parts):
         return f"95 % intervals: none, there are {TOO_FEW}"
     names = [name for name in parts[0][1] if any(row.get(name) is not None for row, _ in parts)]
-    rows = [("95 % intervals", *(TITLES[name] for name in names))]
+    rows = [("95 % intervals", *(RATE_TITLES[name] for name in names))]
     for row, part in parts:
         cells = [
             "-" if row.get(name) is None else limits(part[name], part["bounds"].get(name))
@@ -245,40 +209,25 @@ def _points_table(document: dict[str, Any]) -> str:
 
 def check_table(path: Path) -> None:
     """Raise an OutputError if a table cannot be written to a file of this name."""
-    if path.suffix.lower() not in TABLE_FORMATS:
-        raise OutputError(f"{path}: a table's name ends with {', '.join(TABLE_FORMATS)}")
+    if path.suffix.lower() != ".csv":
+        raise OutputError(f"{path}: a table's name ends with .csv")
     check_writable(path)
 
 
-def save_table(path: str | os.PathLike[str], document: dict[str, Any]) -> None:
-    """Write the rates of each matcher and database, as LaTeX (.tex) or CSV, with their intervals.
+def save_table(path: Path, document: dict[str, Any]) -> None:
+    """Write the rates of each matcher and database as CSV, fractions with their intervals.
 
-    Of several databases, all scores pooled make one more row. Rates are fractions in CSV, percent
-    in LaTeX. Raises an OutputError if the file cannot be written.
+    Of several databases, all scores pooled make one more row. Raises an OutputError if the file
+    cannot be written.
     """
     matchers = document.get("matchers", [document])
-    names = [*defined_rates(one["pooled"] for one in matchers), "rank_one"]
-    is_csv = Path(path).suffix.lower() == ".csv"
-    rows: list[list[Any]] = [["matcher", "set", "genuine", "impostor"]]
-    for name in names:
-        rows[0] += [name, f"{name}_low", f"{name}_high"] if is_csv else [TITLES[name]]
+    names = defined_rates(one["pooled"] for one in matchers)
+    limits = [f"{name}{end}" for name in names for end in ("", "_low", "_high")]
+    rows: list[list[Any]] = [["matcher", "set", "genuine", "impostor", *limits]]
     for one in matchers:
-        for row, intervals in parts_of(one, mean=False):
+        for row, known in parts_of(one, mean=False):
             cells = [one["matcher"], row["name"], row["genuine"], row["impostor"]]
             for name in names:
-                interval = intervals.get(name)
-                if is_csv:
-                    cells += [row[name], *(interval or (None, None))]
-                    continue
-                cells.append(percent(row[name]).removesuffix(" %"))
-                if name in intervals and row[name] is not None:
-                    limit = limits(interval, intervals["bounds"].get(name))
-                    cells[-1] += f" [{limit.replace(' - ', '--')}]"
-            rows.append(cells)
-    if is_csv:
-        atomic_write_bytes(path, csv_lines([["" if c is None else c for c in row] for row in rows]))
-        return
-    lines = [" & ".join(str(cell).translate(_LATEX) for cell in row) + " \\\\" for row in rows]
-    head = [f"\\begin{{tabular}}{{ll{'r' * (len(rows[0]) - 2)}}}", "\\hline", lines[0], "\\hline"]
-    end = ["\\hline", "\\multicolumn{2}{l}{Rates in \\%.} \\\\", "\\end{tabular}", ""]
-    atomic_write_bytes(path, "\n".join([*head, *lines[1:], *end]).encode())
+                cells += [row[name], *(known.get(name) or (None, None))]
+            rows.append(["" if cell is None else cell for cell in cells])
+    atomic_write_bytes(path, csv_lines(rows))

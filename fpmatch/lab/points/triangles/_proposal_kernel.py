@@ -16,8 +16,6 @@ if cython.compiled:
 else:
     from math import exp, sqrt
 
-COMPILED = cython.compiled
-
 REJECT = cython.declare(cython.double, -2.5)  # log-likelihood ratio under which a test ends,
 ACCEPT = cython.declare(cython.double, 14.0)  # or over which it ends,
 ACCEPT_SMALL = cython.declare(cython.double, 4.0)  # enough where P has no more neighbours to test

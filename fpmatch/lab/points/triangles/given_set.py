@@ -14,7 +14,7 @@ from fpmatch.errors import PointSetError, number_text
 from fpmatch.lab.points.triangles._proposal_kernel import describe_triangles
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.geometry.frames import UnitFrame, frame_of
-from fpmatch.pointset.geometry.points import as_points, is_finite, sort_into_cells
+from fpmatch.pointset.geometry.points import LARGEST, as_points, sort_into_cells
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -106,7 +106,7 @@ class Target(NamedTuple):
         density, crowding = density_of(given.mesh, points)
         spacing = 1.0 / math.sqrt(density)
         if tolerance is None:
-            second2 = nearest_two(given.mesh, points)[1]
+            second2 = second_nearest(given.mesh, points)
             second2.partition(len(second2) // 2)
             second = math.sqrt(float(second2[len(second2) // 2]))
             spacing = min(spacing, second / _SECOND_NEAREST)
@@ -125,7 +125,7 @@ class Target(NamedTuple):
 
 def check_tolerance(tolerance: float | None) -> None:
     """Refuse a tolerance that is not positive and finite with a `PointSetError`."""
-    if tolerance is not None and not (is_finite(tolerance) and tolerance > 0):
+    if tolerance is not None and not 0 < tolerance <= LARGEST:
         raise PointSetError(f"tolerance must be positive, not {number_text(tolerance)}")
 
 
@@ -195,8 +195,8 @@ def density_of(mesh: Triangulation, points: Floats) -> tuple[float, float]:
     return density, density / over_hull
 
 
-def nearest_two(mesh: Triangulation, points: Floats) -> tuple[Floats, Floats]:
-    """Return the squared distances (N,) of each point to its two nearest neighbours in the mesh.
+def second_nearest(mesh: Triangulation, points: Floats) -> Floats:
+    """Return the squared distances (N,) of each point to its second nearest neighbour in the mesh.
 
     Where points coincide, one may have a single neighbour: the second is infinitely far then.
     """
@@ -205,7 +205,7 @@ def nearest_two(mesh: Triangulation, points: Floats) -> tuple[Floats, Floats]:
     nearest = np.flatnonzero(squared == np.repeat(first, np.diff(mesh.ring_start)))
     owner = np.searchsorted(begin, nearest, "right")
     squared[nearest[np.append(True, owner[1:] != owner[:-1])]] = np.inf
-    return first, np.minimum.reduceat(squared, begin)
+    return np.asarray(np.minimum.reduceat(squared, begin))
 
 
 def _squared_distances(mesh: Triangulation, points: Floats) -> Floats:

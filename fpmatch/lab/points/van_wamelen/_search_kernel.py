@@ -15,8 +15,6 @@ else:
     from fpmatch.lab.points.triangles._overlay_kernel import fit_partners
     from fpmatch.pointset.geometry._grid_kernel import CellGrid
 
-COMPILED = cython.compiled
-
 
 @cython.locals(rank=cython.int)
 def search(

@@ -90,8 +90,13 @@ def match_van_wamelen(
     points and cells visited. Returned is the first transform of `p` onto `q` that
     pairs ρM points, or none. Raises PointSetError if a set or a parameter cannot be used.
     """
+    if not 0 < rho <= 1:
+        raise PointSetError(f"rho must be in (0, 1], not {number_text(rho)}")
+    if not (lambda_ >= 0 and lambda_**2 / 4 < rho):
+        raise PointSetError(f"lambda must be 0 or more, its square less than 4 rho: {lambda_:g}")
+    if tolerance is not None and not 0 <= tolerance < math.inf:
+        raise PointSetError(f"tolerance must be 0 or more, not {number_text(tolerance)}")
     given_p, given_q = as_points(p, "p"), as_points(q, "q")
-    _check(rho, lambda_, tolerance)
     frame_p, frame_q = frame_of(given_p, "p"), frame_of(given_q, "q")
     if min(len(given_p), len(given_q)) < MIN_POINTS:
         return PointMatch.none(reason=too_few(MIN_POINTS))
@@ -172,12 +177,3 @@ def nearest_neighbours(points: Floats, k: int) -> Ints:
     other = near != np.arange(len(points))[:, None]
     other[other.all(axis=1), -1] = False  # of many points that coincide
     return np.asarray(near[other].reshape(-1, k), dtype=np.int32)
-
-
-def _check(rho: float, lambda_: float, tolerance: float | None) -> None:
-    if not 0 < rho <= 1:
-        raise PointSetError(f"rho must be in (0, 1], not {number_text(rho)}")
-    if not (lambda_ >= 0 and lambda_**2 / 4 < rho):
-        raise PointSetError(f"lambda must be 0 or more, its square less than 4 rho: {lambda_:g}")
-    if tolerance is not None and not 0 <= tolerance < math.inf:
-        raise PointSetError(f"tolerance must be 0 or more, not {number_text(tolerance)}")

@@ -1,12 +1,4 @@
 # Types of the kernel, and what other kernels may use of it.
-cdef enum:
-    BITS = 64  # of a word of a set
-    BINS = 64  # of u, of v, of c and of s
-    BIN_PX = 5  # of a position; both set the time it takes, no more
-    LANE = 16  # bits for the number of a neighbour; those above are for that of the other print
-    LOWER = 0xFFFF  # these bits
-
-
 cdef class NeighbourIndex:
     cdef readonly Py_ssize_t minutiae, size
     cdef int fewest

@@ -17,6 +17,8 @@ import numpy as np
 from cython.cimports.fpmatch.matching.prints._kernels._bits import lowest_place
 from cython.cimports.libc.math import fabs, sqrt
 
+BINS = cython.declare(cython.Py_ssize_t, 64)  # of u, of v, of c and of s
+BIN_PX = cython.declare(cython.double, 5.0)  # of a position; both set the time it takes, no more
 ONE = cython.declare(cython.ulonglong, 1)
 LAST = cython.declare(cython.ulonglong, 1 << 63)
 # least 1/tolerance² of very distant neighbours, where it would underflow
@@ -40,18 +42,18 @@ class NeighbourIndex:
         p = parameters
         self.minutiae, _, self.size = frame.shape
         numbers = self.minutiae * self.size
-        words = (numbers + BITS - 1) // BITS
+        words = (numbers + 63) >> 6  # of a set: 64 bits each
         self.fewest, self.min_cosine = p.fewest_neighbours, p.neighbour_cosine
         self.share = 1.0 / np.sqrt(np.maximum(count, self.fewest))
         entry = np.asarray(frame, np.float64).transpose(2, 0, 1).reshape(numbers, 6)
         self.entry = np.ascontiguousarray(entry)
         self.owner = np.tile(np.arange(self.minutiae, dtype=np.int32), self.size)
-        self.scale = np.array([1.0 / BIN_PX, 1.0 / BIN_PX, BINS / 4, BINS / 4])
+        self.scale = np.array([1.0 / BIN_PX, 1.0 / BIN_PX, 0.25 * BINS, 0.25 * BINS])
         self.near = np.zeros((4, BINS, words), np.uint64)
         self.touched = np.zeros(words, np.uint64)
         self.word = np.zeros(self.size * words + 1, np.uint64)
         self.place = np.zeros(self.size * words + 1, np.int32)
-        self.number = np.zeros(self.size * words * BITS + 1, np.int32)
+        self.number = np.zeros(64 * self.size * words + 1, np.int32)
         self.best, self.total = np.zeros(numbers), np.zeros(self.minutiae)
         turn = min(np.arccos(p.neighbour_cosine) + 1e-3, np.pi)
         self._list(count, frame, 1.0 / (1.0 - p.tolerance_per_px), np.cos(turn), np.sin(turn))
@@ -77,7 +79,7 @@ class NeighbourIndex:
 
     def _bin(self, axis, value):
         """Return the bin of a value of u, v, c or s."""
-        value = value * self.scale[axis] + BINS / 2
+        value = value * self.scale[axis] + 0.5 * BINS
         if not value > 0.0:
             return 0
         return int(value) if value < BINS else BINS - 1
@@ -108,10 +110,10 @@ class NeighbourIndex:
                 by_s = cython.address(self.near[3, self._bin(3, frame[i, 3, k]), 0])
                 for at in range(words):
                     bits = by_u[at] & by_v[at] & by_c[at] & by_s[at]
-                    word[found], place[found] = bits, k << LANE | at * BITS
+                    word[found], place[found] = bits, k << 16 | at << 6
                     found += bits != 0
             for m in range(self._unpack(found)):
-                k, e = number[m] >> LANE, number[m] & LOWER
+                k, e = number[m] >> 16, number[m] & 0xFFFF
                 entry = cython.address(self.entry[e, 0])
                 precision = float(frame[i, 4, k]) if before else entry[4]
                 weight_a = float(frame[i, 5, k]) if before else entry[5]
@@ -132,7 +134,7 @@ class NeighbourIndex:
             # by A's neighbours, in turn
             found = 0
             for at in range(words):
-                word[found], place[found] = touched[at], at * BITS
+                word[found], place[found] = touched[at], at << 6
                 found += touched[at] != 0
                 touched[at] = 0
             for m in range(self._unpack(found)):
@@ -151,7 +153,7 @@ class NeighbourIndex:
 
     @cython.locals(k=cython.Py_ssize_t, unpacked=cython.Py_ssize_t, bits=cython.ulonglong)
     def _unpack(self, found):
-        """Number the bits of the first words found; return how many they are."""
+        """Write the numbers of the bits of the words found; return how many they are."""
         word, place = cython.address(self.word[0]), cython.address(self.place[0])
         number = cython.address(self.number[0])
         unpacked = 0

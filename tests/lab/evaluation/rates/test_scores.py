@@ -10,6 +10,7 @@ from fpmatch.lab.evaluation.rates.scores import (
     finger_in_name,
     read_genuine_and_impostor,
     read_scores,
+    split,
 )
 
 HEAD = "probe,reference,genuine,score\n"
@@ -54,19 +55,6 @@ def test_a_table_is_understood(tmp_path, text):
     assert found.trials.fingers == 2
 
 
-def test_parquet_is_read_as_csv(tmp_path):
-    parquet = pytest.importorskip("pyarrow.parquet")
-    from pyarrow import csv
-
-    table = csv.read_csv(write(tmp_path, ROWS))
-    parquet.write_table(table, tmp_path / "scores.parquet")
-    (found,) = read_scores(tmp_path / "scores.parquet")
-    assert pairs_of(found) == NAMED
-    write(tmp_path, b"PAR1", "scores.parquet")
-    with pytest.raises(DatasetError, match="not a Parquet file of scores, or damaged"):
-        read_scores(tmp_path / "scores.parquet")
-
-
 def test_names_that_contain_no_finger_need_labels_and_a_pattern_finds_fingers(tmp_path):
     text = ROWS.replace("1_1", "ann a").replace("1_2", "ann b").replace("2_1", "bob c")
     (found,) = read_scores(path := write(tmp_path, text))
@@ -79,7 +67,7 @@ def test_names_that_contain_no_finger_need_labels_and_a_pattern_finds_fingers(tm
 
 def test_failed_comparisons_are_as_low_as_any_and_prints_without_any_have_failed(tmp_path):
     rows = "probe,reference,similarity,reason\n1_1,1_2,-3,\n1_2,2_1,,reference: torn\n"
-    (found,) = read_scores(path := write(tmp_path, rows + "1_1,2_1,0,no template\n"))
+    (found,) = read_scores(path := write(tmp_path, rows + "1_1,2_1,NaN,\n"))
     assert found.trials.similarity.tolist() == [-3, -3, -3]
     assert found.compared.tolist() == [True, False, False]
     assert found.never_compared == ["2_1"]
@@ -91,7 +79,7 @@ def test_genuine_and_impostor_files_have_the_score_last(tmp_path):
     genuine = write(tmp_path, "101,1,0.9\n101,2,nan\n", "g")
     impostor = write(tmp_path, "name,score\nx,0.1\ny,0.2\n", "i")
     found = read_genuine_and_impostor(genuine, impostor)
-    assert [values.tolist() for values in found.split()] == [[0.9, 0.0], [0.1, 0.2]]
+    assert [values.tolist() for values in split([found.trials])] == [[0.9, 0.0], [0.1, 0.2]]
     for text, why in (("score\n", "holds no score"), ("1\nx\n", "line 2: 'x' is not a finite")):
         with pytest.raises(DatasetError, match=why):
             read_genuine_and_impostor(genuine, write(tmp_path, text, "i"))

@@ -5,7 +5,6 @@ import json
 import re
 import sys
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ import pytest
 from PIL import Image
 
 from fpmatch.errors import OutputError
-from fpmatch.lab.evaluation.rates.scores import unnamed_set
+from fpmatch.lab.evaluation.rates.scores import split, unnamed_set
 from fpmatch.lab.evaluation.report.figures import save_det
 from fpmatch.lab.evaluation.report.page import hardest_pairs, prepare_page, write_page
 from fpmatch.lab.evaluation.report.results import RatesReport, SetRates, report_document
@@ -21,8 +20,6 @@ from fpmatch.lab.evaluation.report.text import as_text, check_table, save_table
 from fpmatch.lab.evaluation.run import evaluate
 from fpmatch.templates.minutiae import Minutiae, Template
 from tests.conftest import rows_of
-
-VOID = {"meta", "img", "input"}
 
 
 def rates_of(genuine, impostor, **options):
@@ -34,7 +31,7 @@ def test_points_have_the_definition_and_lie_in_their_intervals(report):
     found = document["fnmr_at_fmr"]
     assert [(p["name"], p["fmr"]) for p in found[:2]] == [("set, one", 0.01), ("set, one", 0.05)]
     assert [p["name"] for p in found[4:]] == ["pooled", "pooled"]
-    every = [*(row.scores.split() for row in report.sets)]
+    every = [split([one]) for one in report.trials]
     for point, (genuine, impostor) in zip(found[::2], every, strict=False):
         assert np.mean(impostor >= point["threshold"]) <= point["fmr"]
         assert point["fnmr"] == np.mean(genuine < point["threshold"])
@@ -50,21 +47,15 @@ def test_points_that_are_none():
     scores = rates_of(np.zeros(12), np.zeros(12))
     low, high = report_document([scores], bootstrap=20, fmrs=[1e-6, 0.5])["fnmr_at_fmr"]
     assert (low["fnmr"], low["threshold"], low["interval"]) == (None, None, None)
-    assert (high["fnmr"], high["threshold"]) == (1.0, None)
-    assert high["interval"] == [pytest.approx(0.05 ** (1 / 12)), 1.0]
-    assert high["bound"]["units"] == 12
+    assert (high["fnmr"], high["threshold"], high["interval"]) == (1.0, None, None)
     far = rates_of(np.array([-1.0, -2.0, -9.0]), -np.arange(3.0, 13.0), distances=True)
     (point,) = report_document([far], bootstrap=0, fmrs=[0.1])["fnmr_at_fmr"]
     assert (point["fnmr"], point["threshold"]) == (pytest.approx(1 / 3), 3.0)
 
 
-def test_too_few_fingers_are_said_and_no_eer_has_a_limit_above_half(report):
-    few = rates_of(np.ones(2), np.zeros(3))
-    assert "none, there are too few fingers" in as_text(report_document([few], bootstrap=10))
-    without_error = rates_of(np.ones(50), np.linspace(0.0, 0.5, 99))
-    none = as_text(report_document([without_error], bootstrap=10))
-    assert "at most 5.82 % (0 of 50)" in none
-    assert "95 % bound by Clopper-Pearson, one-sided; n counts comparisons as if" in none
+def test_too_few_fingers_are_said(report):
+    unknown = rates_of(np.ones(50), np.zeros(99))
+    assert "none, there are too few fingers" in as_text(report_document([unknown], bootstrap=10))
     assert "Clopper-Pearson" not in as_text(report_document([report], bootstrap=10))
 
 
@@ -74,7 +65,7 @@ def two(report):
     return [report, replace(report, matcher="fake:a_b=1,c=50%")]
 
 
-def test_the_table_has_a_row_a_matcher_and_database_and_latex_the_same(two, tmp_path):
+def test_the_table_has_a_row_a_matcher_and_database(two, tmp_path):
     document = report_document(two, bootstrap=20)
     save_table(tmp_path / "rates.csv", document)
     rows = rows_of(tmp_path / "rates.csv")
@@ -82,26 +73,11 @@ def test_the_table_has_a_row_a_matcher_and_database_and_latex_the_same(two, tmp_
         (one.matcher, name) for one in two for name in (*(row.name for row in one.sets), "pooled")
     ]
     known = document["matchers"][0]["intervals"]["sets"]
-    for row, of, limits in zip(rows, two[0].sets, known, strict=False):
-        assert float(row["eer"]) == of.rates.eer
+    for row, of, limits in zip(rows, two[0].as_json()["sets"], known, strict=False):
+        assert float(row["eer"]) == of["eer"]
         assert float(row["eer_low"]) == limits["eer"][0]
-        assert float(row["rank_one_high"]) == limits["rank_one"][1]
-        expected = of.as_json()
-        assert int(row["genuine"]) == expected["genuine"]
-        assert float(row["rank_one"]) == expected["rank_one"]
+        assert int(row["genuine"]) == of["genuine"]
     assert float(rows[2]["eer"]) == two[0].pooled.eer
-    save_table(tmp_path / "rates.tex", document)
-    text = (tmp_path / "rates.tex").read_text()
-    lines = [line.removesuffix(r" \\").split(" & ") for line in text.splitlines() if " & " in line]
-    assert lines[0][:5] == ["matcher", "set", "genuine", "impostor", "EER"]
-    columns = re.fullmatch(r"\\begin\{tabular\}\{(l+r+)\}", text.splitlines()[0])[1]
-    assert {len(line) for line in lines} == {len(columns)}
-    for cells, row in zip(lines[1:], rows, strict=True):
-        eer, low, high = (f"{100 * float(row[f'eer{end}']):.2f}" for end in ("", "_low", "_high"))
-        assert cells[4] == rf"{eer} [{low}--{high} \%]"
-        assert cells[2:4] == [row["genuine"], row["impostor"]]
-    assert r"fake:a\_b=1,c=50\%" in text
-    assert text.count("{") == text.count("}")
 
 
 @pytest.mark.parametrize(
@@ -123,35 +99,13 @@ def test_what_cannot_be_written_is_refused_before_work(tmp_path, monkeypatch):
     with pytest.raises(OutputError, match="name ends with"):
         check_table(tmp_path / "rates.xls")
     with pytest.raises(OutputError, match="cannot be written"):
-        check_table(Path("/dev/null/rates.tex"))
+        check_table(Path("/dev/null/rates.csv"))
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(OutputError, match=r"^a report needs matplotlib: pip install 'fpmatch\[plo"):
         prepare_page(tmp_path)
 
 
-class Reader(HTMLParser):
-    """Check that elements close in order; gather words and what is loaded from elsewhere."""
-
-    def __init__(self, page):
-        super().__init__()
-        self.open, self.words, self.loaded = [], [], []
-        self.feed(page)
-        assert self.open == []
-
-    def handle_starttag(self, tag, attrs):
-        if tag not in VOID:
-            self.open.append(tag)
-        self.loaded += [v for k, v in attrs if k in {"src", "href", "xlink:href"} and v]
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if self.open[-1:] != ["style"]:
-            self.words.append(data)
-
-
-def test_a_page_closes_what_it_opens_loads_nothing_and_has_the_comparison(
+def test_a_page_loads_nothing_escapes_names_and_has_the_comparison(
     options, make_database, tmp_path
 ):
     pytest.importorskip("matplotlib")
@@ -161,13 +115,13 @@ def test_a_page_closes_what_it_opens_loads_nothing_and_has_the_comparison(
     document = report_document(results, bootstrap=30, baseline=report.scores)
     page = prepare_page(tmp_path / "out")
     write_page(page, results, document)
-    read = Reader(page.read_text(encoding="utf-8"))
-    assert all(value.startswith("data:") for value in read.loaded)
-    words = "".join(read.words)
-    for shown in ("A & <b>", "2_2.tif: ", "broken", "side by side", "other compared with fake"):
-        assert shown in words
-    assert "fake compared with the baseline" in words
-    assert "McNemar's exact test: p = 1" in words
+    text = page.read_text(encoding="utf-8")
+    loaded = re.findall(r"""(?:src|href)=["']?([^"' >]*)""", text)
+    assert all(value.startswith("data:") for value in loaded)
+    for shown in ("A &amp; &lt;b&gt;", "2_2.tif: ", "broken", "other compared with fake"):
+        assert shown in text
+    assert "fake compared with the baseline" in text
+    assert "exact test: p = 1" in text
 
 
 def test_a_database_of_genuine_pairs_alone(options, make_database, tmp_path):

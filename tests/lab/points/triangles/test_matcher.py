@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from pointset_strategies import check_sound, worn
 
-from fpmatch.lab.points.triangles import _proposal_kernel as kernel
 from fpmatch.lab.points.triangles.matcher import match_by_triangles
+from fpmatch.pointset.geometry import _grid_kernel as kernel
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.points.random_sets import independent_pair, random_pair
 

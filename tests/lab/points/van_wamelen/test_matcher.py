@@ -11,7 +11,6 @@ from pointset_strategies import (
 )
 
 from fpmatch.errors import PointSetError
-from fpmatch.lab.points.van_wamelen import _search_kernel
 from fpmatch.lab.points.van_wamelen.matcher import (
     SearchPlan,
     match_van_wamelen,
@@ -19,10 +18,10 @@ from fpmatch.lab.points.van_wamelen.matcher import (
     plan_search,
     sort_set,
 )
+from fpmatch.pointset.geometry._grid_kernel import COMPILED
 from fpmatch.pointset.geometry.frames import UnitFrame
 from research.points.random_sets import independent_pair, random_pair
 
-COMPILED = _search_kernel.COMPILED
 TRIALS = 10 if COMPILED else 2
 LITTLE_WORK = 200_000 if COMPILED else 20_000
 

@@ -27,9 +27,9 @@ def size_normalized(
 
     Examples
     --------
-    >>> some = np.array([14, 20, 30])
-    >>> size_normalized(some, sizes=np.array([15, 15, 40]), probe_size=35).round(2).tolist()
-    [-1.0, 1.0, -0.0]
+    >>> some = np.array([14, 20, 30, 40])
+    >>> size_normalized(some, sizes=np.array([15, 15, 40, 40]), probe_size=35).round(2).tolist()
+    [-1.0, 1.0, -1.0, 1.0]
     """
     size = np.minimum(sizes, LARGEST_SIZE).astype(np.intp)
     divisor = np.minimum(np.arange(LARGEST_SIZE + 1), probe_size) + float(SIZE_OFFSET)

@@ -93,11 +93,11 @@ def by_size(sizes: NDArray[np.uint8]) -> NDArray[np.float32]:
 
     Examples
     --------
-    >>> by_size(np.array([12, 30, 40, 40], np.uint8))[[12, 30, 40]].round(2).tolist()
-    [0.46, 0.26, 0.0]
+    >>> print(by_size(np.array([12, 30, 40, 40], np.uint8))[[12, 30, 40]].round(2))
+    [0.46 0.26 0.  ]
     """
     not_larger = 1 + np.cumsum(np.bincount(sizes, minlength=256))
-    added: NDArray[np.float64] = -SIZE_WEIGHT * np.log(not_larger / not_larger[-1])
+    added: NDArray[np.float64] = SIZE_WEIGHT * np.log(not_larger[-1] / not_larger)
     return added.astype(np.float32)
 
 

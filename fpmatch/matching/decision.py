@@ -40,6 +40,7 @@ MAX_UNIFORMITY: Final = 0.97  # of ridges on more than ENOUGH_MM2; .94 is the mo
 DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
 LEAST_MINUTIAE: Final = 3  # without an estimate: fewer make no triangle
 ENOUGH_MM2: Final = 77.0  # more skin adds nothing to the reachable score
+FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
 _CORNERS: Final = np.array([[0, 0], [1, 0], [0, 1], [1, 1]], np.int32)  # of a cell
 
 
@@ -168,7 +169,9 @@ def find_reachable(
     return Reachable(float(reachable[best]), sides, np.stack([ours, theirs[best]]))
 
 
-def find_shortage(known: Reachable, threshold: float) -> Shortage | None:
+def find_shortage(
+    matcher: Matcher, calibration: Calibration | None, known: Reachable, threshold: float
+) -> Shortage | None:
     """Return what prints of a `known` reachable score lack for a decision; None where nothing.
 
     `threshold` is the least score of a match, NaN without a calibration.
@@ -185,13 +188,26 @@ def find_shortage(known: Reachable, threshold: float) -> Shortage | None:
         message = "; ".join(f"the {name} {text}" for name, text in why.items() if text)
         return Shortage(code, message)
     minutiae, area_px2 = known.amounts[:, :2].min(axis=0).tolist()
-    area = area_px2 * (MM_PER_INCH / STANDARD_DPI) ** 2
-    fewest = count(int(minutiae), "minutia", "minutiae")
-    if math.isinf(known.score):
+    if math.isinf(known.score) and not area_px2:
+        fewest = count(int(minutiae), "minutia", "minutiae")
         message = f"{fewest} in the smaller print, where {LEAST_MINUTIAE} are needed at least"
         return Shortage("too few minutiae", message)
+
+    def reaches(factor: float) -> bool:
+        amounts = (call_matcher(matcher, "amount", side, factor) for _, side in sides.values())
+        return bool(reachable_scores(matcher, calibration, *amounts) >= threshold)
+
+    area = area_px2 * (MM_PER_INCH / STANDARD_DPI) ** 2
+    enough = next(filter(reaches, FACTORS), None)
+    if enough is None and minutiae >= LEAST_MINUTIAE:
+        message = f"no amount of skin would usually reach a score of {threshold:.1f}"
+        return Shortage("threshold too high", message)
     message = (
-        f"{fewest} on {area:.0f} mm² in the smaller print, with which half of the genuine "
-        f"comparisons score {known.score:.1f} or less"
+        f"{count(int(minutiae), 'minutia', 'minutiae')} on {area:.0f} mm² in the smaller print"
     )
+    if enough is not None:
+        message += (
+            f", where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm² are usually "
+            f"needed for a score of {threshold:.1f}"
+        )
     return Shortage("too little skin" if area < ENOUGH_MM2 else "too few minutiae", message)

@@ -164,8 +164,8 @@ class Matcher(ABC):
         """Return a comparison under its best transform, with the reason against one finger."""
         return comparison
 
-    def amount(self, prepared: Any) -> NDArray[np.float64] | None:
-        """Return the amount of evidence in a print; None if unknown.
+    def amount(self, prepared: Any, factor: float = 1.0) -> NDArray[np.float64] | None:
+        """Return the evidence in a print with `factor` times as much skin; None if unknown.
 
         The first two of its five numbers are minutiae and area, in square pixels at 500 dpi.
         """

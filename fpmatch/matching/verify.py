@@ -222,7 +222,7 @@ def decide(
         scale = find_scale(rule, probe, reference)
         known = reach()
         reach = partial(Reachable, *known)
-        shortage = find_shortage(known, rule.threshold)
+        shortage = find_shortage(matcher, curve, known, rule.threshold)
         if dpi_assumed and scale is not None:
             sides = " and ".join(f"the {side}" for side in dpi_assumed)
             message = f"the resolution of {sides} is unknown, and at another one the prints match"

@@ -103,7 +103,7 @@ def find_unmatched(
         if curve.score(matcher.compare(probe[1], reference[1]).similarity) >= LINK_SCORE:
             return None
     known = find_reachable(matcher, curve, probe, references)
-    lacking = find_shortage(known, LINK_SCORE)
+    lacking = find_shortage(matcher, curve, known, LINK_SCORE)
     why = "another finger, or other skin of it" if lacking is None else lacking.message
     verb = "does not match" if lacking is None else "cannot be compared with"
     more = f" or {len(others) - 1} other impressions" if len(others) > 1 else ""

@@ -116,15 +116,16 @@ class UnitCircleMatcher(Matcher):
         whole.similarity = comparison.similarity
         return whole
 
-    def amount(self, prepared: PreparedTemplate) -> NDArray[np.float64]:
-        """Return the amount of evidence in a print, shape (5,).
+    def amount(self, prepared: PreparedTemplate, factor: float = 1.0) -> NDArray[np.float64]:
+        """Return the amount of evidence in a print with `factor` times as much skin, shape (5,).
 
         It has no minutiae where they do not lie along the print's own ridges.
         """
         region = prepared.region
-        area, shown = region.inside * region.step**2, region.ridges is not None
+        area, shown = factor * region.inside * region.step**2, region.ridges is not None
         held = self.parameters.beyond_share > 0.0
-        minutiae = 0 if held and prints.lies_off_ridges(prepared) else len(prepared)
+        off = held and prints.lies_off_ridges(prepared)
+        minutiae = 0.0 if off else factor * len(prepared)
         _, x, _, y, _ = amount_terms(minutiae, area)
         return np.array([minutiae, area, shown, x, y])
 

@@ -103,17 +103,21 @@ def bootstrap_fmr(impostors: Sequence[Trials], threshold: float) -> Floats:
 
 
 class RankedScores:
-    """The order of the scores of some databases, so that a draw needs only counts of its fingers.
+    """The order of the scores of some databases, so that a draw needs only counts of its units.
 
-    A pair counts as often as its first finger was drawn times its second one, -1 for none.
+    Units are the fingers, else the comparisons, of one database after the other. A pair counts as
+    often as its first unit was drawn times its second one, -1 for none.
     """
 
     def __init__(self, trials: Sequence[Trials]) -> None:
-        sides, before = [], 0
+        sides, units = [], 0
         for one in trials:
-            second = np.where(one.genuine, -1, one.reference + before)
-            sides.append(np.stack([one.probe + before, second]))
-            before += one.fingers
+            second = np.where(one.genuine, -1, one.reference + units)
+            pairs = one.probe + units, second
+            if not one.fingers:
+                pairs = np.arange(one.genuine.size) + units, np.full(one.genuine.size, -1)
+            sides.append(np.stack(pairs))
+            units += one.fingers or one.genuine.size
         similarity = np.concatenate([one.similarity for one in trials])
         genuine = np.concatenate([one.genuine for one in trials])
         order = np.lexsort((similarity, ~genuine))
@@ -127,7 +131,7 @@ class RankedScores:
     def rates(self, counts: Counts, limits: Sequence[float]) -> Floats:
         """Return the EER and the FNMR at the FMRs of `limits` for a draw; NaN without both kinds.
 
-        `counts` is how often each finger was drawn.
+        `counts` (units,) is how often each unit was drawn.
         """
         drawn = np.append(counts, 1)
         genuine, impostor = (

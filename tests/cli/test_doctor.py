@@ -91,7 +91,7 @@ def test_everything_that_is_installed_is_listed(run):
 
 def test_a_missing_package_is_named(run, monkeypatch):
     def version(name):
-        if name in {"scipy", "pyarrow"}:
+        if name in {"scipy", "distributed"}:
             raise PackageNotFoundError(name)
         return "9"
 
@@ -100,7 +100,7 @@ def test_a_missing_package_is_named(run, monkeypatch):
     assert result.exit_code == 1
     assert result.stderr.startswith("fpmatch: error: scipy ")
     assert "scipy missing" in result.stdout
-    assert re.search("extra parquet +pyarrow missing", result.stdout)
+    assert re.search("extra dask +distributed missing", result.stdout)
 
 
 def test_doctor_lists_the_parameters_of_matchers(run):

@@ -58,8 +58,7 @@ rate_options: Final = partial(
         file_option(
             "--baseline",
             metavar="SCORES.csv",
-            help="Compare pair by pair with an earlier run: the file of its --scores, or of "
-            "fpmatch score.",
+            help="Compare pair by pair with an earlier run, by its file of scores.",
         ),
         file_option("--det", metavar="FILE", help="Draw the DET curves into a .pdf, .svg or .png."),
         file_option(

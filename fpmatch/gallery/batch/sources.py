@@ -139,7 +139,7 @@ class FolderSource:
             file.path.stem if label is None else str(label.of_finger)
             for file, label in zip(files, by_name, strict=True)
         ]
-        if kind_of(place) == "manifest":
+        if kind_of(place) == "manifest" and all(labels):
             self.labels = [label for label in labels if label is not None]
         states = [repr(_state(file)) for file in files]
         if any(labels):

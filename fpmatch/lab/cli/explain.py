@@ -115,6 +115,7 @@ def _of_prints(name: str, values: dict[str, Any]) -> Explained:
 def _of_points(chosen: str, sides: tuple[Path, Path], points: list[Floats]) -> Explained:
     """Explain two point sets by the paper's method."""
     from fpmatch.lab.explain.paper import PaperMethod, explain_points
+    from fpmatch.lab.plots.style import match_facts
     from fpmatch.lab.points.match import match_points
     from fpmatch.pointset.paper.matcher import UnitCircleParameters
     from fpmatch.prints.report import verdict
@@ -129,7 +130,8 @@ def _of_points(chosen: str, sides: tuple[Path, Path], points: list[Floats]) -> E
     sets = (str(sides[0]), points[0]), (str(sides[1]), points[1])
     method = PaperMethod.of_sets(sets, parameters, matcher.parameters.rho)
     try:
-        by_default = repr(match_points(*points))
+        default = match_points(*points)
+        by_default = "; ".join(text for _, text in match_facts(default)) or default.reason
     except PointSetError as error:
         by_default = str(error)
     steps = explain_points(method)

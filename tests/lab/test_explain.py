@@ -171,7 +171,7 @@ def test_a_match_a_non_match_a_changed_parameter_and_points_have_their_pages(run
         np.savetxt(tmp_path / f"{name}.csv", points, delimiter=",")
     done = run("explain", tmp_path / "p.csv", tmp_path / "q.csv", "-o", out)
     assert (done.exit_code, done.stdout.split(",")[0]) == (0, "MATCH")
-    assert "25, 100.0% of the smaller set; scale " in text_of(out)
+    assert "Pairs: 25, 100.0% of the smaller set; Transform: " in text_of(out)
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -131,7 +131,7 @@ def _of_points(chosen: str, sides: tuple[Path, Path], points: list[Floats]) -> E
     method = PaperMethod.of_sets(sets, parameters, matcher.parameters.rho)
     try:
         default = match_points(*points)
-        by_default = "; ".join(text for _, text in match_facts(default)) or default.reason
+        by_default = "; ".join(map(": ".join, match_facts(default))) or default.reason
     except PointSetError as error:
         by_default = str(error)
     steps = explain_points(method)

@@ -180,9 +180,11 @@ def verify(
     # after the decision, which no file that cannot be written is to cost
     if overlay_file is not None:
         from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
+        from fpmatch.drawing.scene.ink import print_picture
 
         v, view = pair.verification, view or "superposed"
-        scene = overlay_scene(pair.probe.pixels, pair.reference.pixels, v, view)
+        both = print_picture(pair.probe), print_picture(pair.reference)
+        scene = overlay_scene(*both, v, view)
         content = scene_bytes(overlay_file.suffix.lower(), scene)
         with atomic_write(overlay_file) as stream:
             stream.write(content)

@@ -17,6 +17,7 @@ from fpmatch._version import __version__
 from fpmatch.base.html import page_templates
 from fpmatch.drawing.overlay.draw import View, overlay_scene
 from fpmatch.drawing.overlay.page import FRAME_PEN
+from fpmatch.drawing.scene.ink import print_picture
 from fpmatch.drawing.scene.items import Circle, Group, Path, Pen, Text, moved
 from fpmatch.drawing.scene.palette import EXAMINER_MARK
 from fpmatch.drawing.scene.raster import data_url, paint, png_bytes
@@ -143,7 +144,7 @@ def case_report(
             "name": side,
             "file": file,
             "given": one,
-            "picture": data_url(png_bytes(one.pixels), "png"),
+            "picture": data_url(png_bytes(print_picture(one)), "png"),
         }
         for side, file, one in zip(SIDES, files, prints, strict=True)
     ]
@@ -199,7 +200,8 @@ def _css_string(text: str) -> str:
 
 def _picture(pair: ComparedPair, view: View, own: Sequence[CaseMark] = ()) -> str:
     """Return an overlay without caption and legend, with the marks of the examiner, as a URL."""
-    scene = overlay_scene(pair.probe.pixels, pair.reference.pixels, pair.verification, view)
+    both = print_picture(pair.probe), print_picture(pair.reference)
+    scene = overlay_scene(*both, pair.verification, view)
     parts = {item.role: item.clip for item in scene.items if isinstance(item, Group)}
     top, bottom = parts["caption"].bottom, parts["legend"].y + 2 * FRAME_PEN.width
     drawn = examiner_marks(own, scene.placed) if own else []

@@ -177,7 +177,7 @@ def _by_scale(pair: ComparedPair) -> list[tuple[float, float]]:
     else:
         reference_dpi = round(reference_dpi * scale.ratio)
     sides = ((pair.probe, probe_dpi), (pair.reference, reference_dpi))
-    sound = all(one.image is None or is_sound(one.pixels.shape, dpi) for one, dpi in sides)
+    sound = all(one.image is None or is_sound(one.image.pixels.shape, dpi) for one, dpi in sides)
     return [(probe_dpi, reference_dpi)] if sound else []
 
 
@@ -188,4 +188,4 @@ def _resolutions(given: GivenPrint, other: GivenPrint) -> list[float]:
         period = other.ridge_period_px
     if given.dpi_stated or given.image is None or (period is None and not other.dpi_stated):
         return [own]
-    return list(dict.fromkeys([own, *possible_dpi(period, given.pixels.shape)]))
+    return list(dict.fromkeys([own, *possible_dpi(period, given.image.pixels.shape)]))

@@ -16,20 +16,17 @@ from typing import TYPE_CHECKING, Final, Literal, TypeVar
 import numpy as np
 
 from fpmatch.base.parsing import HEAD_BYTES, read_head
-from fpmatch.errors import ImageReadError, TemplateError
+from fpmatch.errors import ImageReadError
 from fpmatch.image.dataset_folder import folder_settings
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, AssessedPrint, assess
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image, sniff
 from fpmatch.image.quality.ridge_scale import PERIODS_PX, clear_period_px
-from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.templates.plausibility import find_doubts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
-
-    from numpy.typing import NDArray
 
     from fpmatch.formats.record import AngleConvention, TemplateRecord
     from fpmatch.image.io.grey import ImageLimits, RawSize
@@ -176,17 +173,6 @@ class GivenPrint:
         template = replace(given.template, dpi_known=False)
         notes = (*given.notes, MATCHED_DPI.format(dpi))
         return replace(given, template=template, notes=notes, dpi_source="found")
-
-    @property
-    def pixels(self) -> NDArray[np.uint8]:
-        """Pixels of the image; of a template, a white image of its size."""
-        if self.image is not None:
-            return self.image.pixels
-        try:
-            check_area(self.template)
-        except TemplateError as error:
-            raise TemplateError(str(error), path=self.name) from error
-        return np.full((self.template.height, self.template.width), 255, np.uint8)
 
 
 def dpi_source(

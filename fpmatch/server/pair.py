@@ -10,7 +10,7 @@ import numpy as np
 from fpmatch.drawing.case_report import CaseFile, CaseMark, case_report, settings_of
 from fpmatch.drawing.overlay.draw import View, overlay_scene, scene_bytes
 from fpmatch.drawing.overlay.views import agreement
-from fpmatch.drawing.scene.ink import ink_of, ridge_picture, shrunk
+from fpmatch.drawing.scene.ink import ink_of, print_picture, shrunk
 from fpmatch.drawing.scene.items import zoomed
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK, hexadecimal
 from fpmatch.drawing.scene.raster import data_url, png_bytes, reduced, webp_bytes
@@ -28,8 +28,6 @@ from fpmatch.server.gallery import open_served_gallery, short_name
 from fpmatch.server.prints import Upload, open_upload
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fpmatch.drawing.scene.items import Ink
     from fpmatch.drawing.scene.palette import Colour
     from fpmatch.prints.pair import ComparedPair, PairOptions
@@ -80,7 +78,7 @@ def verify_pair(request: PairRequest) -> dict[str, Any]:
 def draw_pair(request: PairRequest, file_format: str, view: View) -> bytes:
     """Return the overlay of two prints as the content of a "png" or "svg" file."""
     pair = request.compare()
-    pixels = pixels_of(pair.probe), pixels_of(pair.reference)
+    pixels = print_picture(pair.probe), print_picture(pair.reference)
     return scene_bytes(f".{file_format}", overlay_scene(*pixels, pair.verification, view))
 
 
@@ -120,7 +118,7 @@ def show_pair(request: PairRequest) -> dict[str, Any]:
 
 def _shown_print(given: GivenPrint, colour: Colour) -> dict[str, Any]:
     """Return one print for the web interface; a minutia is x, y, angle, kind, quality."""
-    template, pixels = given.template, pixels_of(given)
+    template, pixels = given.template, print_picture(given)
     m = template.minutiae
     factor = min(1.0, LARGEST_SIDE_SHOWN / max(pixels.shape))
     matrix = zoomed(factor, (-0.5, -0.5), (-0.5, -0.5))
@@ -148,11 +146,6 @@ def _encoded_ink(ink: Ink | None, colour: Colour) -> str | None:
         return None
     coloured = np.full((*ink.coverage.shape, 3), colour, np.uint8)
     return data_url(png_bytes(np.dstack([coloured, ink.coverage])), "png")
-
-
-def pixels_of(given: GivenPrint) -> NDArray[np.uint8]:
-    """Return the pixels of an image, or the ridges that a template contains."""
-    return ridge_picture(given.template) if given.image is None else given.pixels
 
 
 def _extent(template: Template, ink: Ink | None, factor: float) -> list[int]:

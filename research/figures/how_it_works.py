@@ -13,7 +13,7 @@ import fpmatch
 from fpmatch.drawing.overlay.page import FRAME_PEN, MarkStyle, marks
 from fpmatch.drawing.overlay.views import minutiae_and_pairs
 from fpmatch.drawing.scene import palette
-from fpmatch.drawing.scene.ink import ink_of
+from fpmatch.drawing.scene.ink import ink_of, print_picture
 from fpmatch.drawing.scene.items import (
     Box,
     Circle,
@@ -109,7 +109,7 @@ class Side:
     @property
     def pixels(self) -> NDArray[np.uint8]:
         """Its image."""
-        return self.given.pixels
+        return print_picture(self.given)
 
     def view(self) -> Box:
         """Return the part of the image that has ridges, in its pixels."""

@@ -146,7 +146,7 @@ def test_ridges_indicate_the_resolution_of_one_print(dpi):
 
 def test_what_is_stated_is_kept_and_a_template_has_one_resolution(template):
     probe = stated("101_1.tif", 363)
-    wrong = make_given_print(GreyImage(probe.pixels), "wrong", dpi=500)
+    wrong = make_given_print(GreyImage(probe.image.pixels), "wrong", dpi=500)
     pair = verify_given(wrong, stated("101_3.tif", 500))
     assert pair.verification.decision == "no match"
     assert (pair.probe, pair.probe.dpi_source) == (wrong, "given")

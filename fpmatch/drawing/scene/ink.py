@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from fpmatch.drawing.scene.items import Ink, zoomed
+from fpmatch.errors import TemplateError
 from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import CELL_BITS, STANDARD_DPI
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.scene.items import Matrix
     from fpmatch.drawing.scene.palette import Colour
+    from fpmatch.prints.reading import GivenPrint
     from fpmatch.templates.minutiae import Template
 
     Pixels = NDArray[np.uint8]
@@ -98,6 +100,16 @@ def ink_of(
         coverage = np.rint(thinned).astype(np.uint8)
     to_print = zoomed(1 / factor, (-0.5, -0.5), (-0.5, -0.5))
     return (Ink(coverage, colour, matrix @ to_print, role),)
+
+
+def print_picture(given: GivenPrint) -> Pixels:
+    """Return the pixels of an image; of a template, its ridges as `ridge_picture` draws them."""
+    if given.image is not None:
+        return given.image.pixels
+    try:
+        return ridge_picture(given.template)
+    except TemplateError as error:
+        raise TemplateError(str(error), path=given.name) from error
 
 
 def ridge_picture(template: Template) -> Pixels:

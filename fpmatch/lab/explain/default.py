@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
+from fpmatch.drawing.scene.ink import print_picture
 from fpmatch.lab.explain import pictures as draw
 from fpmatch.lab.explain.pictures import FRAME_NAME, Ring, Side, Step, clearest
 from fpmatch.matching import constants as fixed
@@ -133,7 +134,7 @@ def explain_prints(m: DefaultMethod, pair: ComparedPair | None) -> list[Step]:
     }
     made.append(Step("predictions", draw.superposed(m.ordered, predicted, m.paired), numbers))
     if pair is not None and pair.verification.ridge_map is not None:
-        images = pair.probe.pixels, pair.reference.pixels
+        images = print_picture(pair.probe), print_picture(pair.reference)
         ridges = overlay_scene(*images, pair.verification, "ridges")
         made.append(Step("ridges", scene_bytes(".svg", ridges)))
     made.append(_evidence(m, evidence, pair))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.ink import print_picture
 from fpmatch.drawing.scene.palette import hexadecimal
 from fpmatch.lab.plots.style import figure_bytes, plain_style, short_name
 from fpmatch.pointset.delaunay.triangulate import triangulate
@@ -156,8 +157,7 @@ def ground(
     low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else (np.zeros(2), np.ones(2))
     room *= float((high - low).max()) or 1.0
     if side.print_ is not None:
-        if side.print_.pixels is not None:
-            axes.imshow(side.print_.pixels, cmap="gray", vmin=-500, vmax=255)
+        axes.imshow(print_picture(side.print_), cmap="gray", vmin=-500, vmax=255)
         axes.set(xticks=[], yticks=[])
     axes.set_xlim(low[0] - room, high[0] + room)
     axes.set_ylim(low[1] - room, high[1] + room)

@@ -226,7 +226,7 @@ when it could not be done; the gallery is whole then.
 def rewrite(gallery: str, encrypt: bool, as_json: bool) -> int:
     """Rewrite GALLERY without free space, or with its templates encrypted.
 
-    Without --encrypt, prepared prints that no longer fit are deleted, too.
+    Without --encrypt, traces of removed prints in its index are erased, too.
     """
     from fpmatch.gallery.gallery import free_space, open_gallery, rotate
 

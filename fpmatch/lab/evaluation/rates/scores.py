@@ -179,11 +179,15 @@ def read_scores(
     table = csv_rows(path, DatasetError, exact=True, comments=True)
     refused = partial(row_error, DatasetError, path)
     line, head = next(table, (0, []))
-    places = {cell.strip().casefold(): k for k, cell in enumerate(head)}
+    names = [cell.strip().casefold() for cell in head]
+    places = {cell: k for k, cell in enumerate(names)}
     score = next((places[one] for one in ("similarity", "score") if one in places), None)
     if score is None or not {"probe", "reference"} <= places.keys():
         raise DatasetError(f"line {line}: not a file of scores: {_FORM}", path=path)
-    read = [places.get(one, -1) for one in ("matcher", "set", "probe", "reference", "genuine")]
+    columns = "matcher", "set", "probe", "reference", "genuine"
+    if twice := [one for one in (*columns, "similarity", "score") if names.count(one) > 1]:
+        raise DatasetError(f"line {line}: two columns are named {twice[0]}", path=path)
+    read = [places.get(one, -1) for one in columns]
     by_set: dict[tuple[str, str], list[Any]] = {}
     for line, row in table:
         cells = [*row, *[""] * (len(head) - len(row)), ""]

@@ -11,6 +11,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from fpmatch.lab.evaluation.rates.scores import split
 from fpmatch.lab.evaluation.run import evaluate_matchers
 from fpmatch.lab.synthesis.database import make_database
 from fpmatch.lab.synthesis.presets import PRESETS
@@ -27,7 +28,7 @@ def main(folder: Path, fingers: int, impressions: int) -> None:
     print(f"{reports[0].genuine} genuine pairs, {reports[0].impostor} impostor pairs")
     for report in reports:
         (row,) = report.sets
-        genuine, impostor = row.scores.split()
+        genuine, impostor = split([row.scores.trials])
         print()
         print(f"matcher {report.matcher}")
         print(f"  equal error rate                     {shown(row.rates.eer)}")

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from contextlib import closing
 from functools import partial
@@ -174,7 +175,7 @@ def test_what_cannot_be_sent_is_one_line():
 def test_an_interrupt_while_processes_start_is_not_lost(monkeypatch):
     """The new processes do not see it, and end."""
     before, start = signal.getsignal(signal.SIGINT), executors.SpawnProcess.start
-    interrupt = partial(os.kill, os.getpid(), signal.SIGINT)
+    interrupt = partial(signal.pthread_kill, threading.main_thread().ident, signal.SIGINT)
     monkeypatch.setattr(executors.SpawnProcess, "start", lambda one: interrupt() or start(one))
     monkeypatch.setitem(os.environ, "PYTHONSAFEPATH", "")
     with pytest.raises(KeyboardInterrupt), make_engine(2):

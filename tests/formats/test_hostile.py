@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fpmatch import verify
+from fpmatch.drawing.scene.ink import print_picture
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.files import decode_record, load_template
 from fpmatch.formats.record import MAX_BYTES, MAX_MINUTIAE, AngleConvention, ReadingOptions
@@ -251,7 +252,8 @@ def test_a_template_of_too_many_pixels_is_refused_everywhere(tmp_path, name):
 def test_a_template_in_memory_of_too_many_pixels_is_not_drawn_nor_enrolled():
     wide = Template(sample_record().views[0].template.minutiae, 65_535, 65_535)
     drawn = verify(wide, wide)
-    for step in (drawn.overlay, lambda: pack_template(wide), lambda: GivenPrint("a", wide).pixels):
+    given = GivenPrint("a", wide)
+    for step in (drawn.overlay, lambda: pack_template(wide), lambda: print_picture(given)):
         with pytest.raises(TemplateError, match="is too large: more than 16 megapixels"):
             step()
     check_bounds(Template(wide.minutiae, 7990, 7990, 1000))

@@ -1,13 +1,15 @@
-"""Cores of this process, and variables of its environment."""
+"""Cores of this process, chunks of work for its threads, and variables of its environment."""
 
 from __future__ import annotations
 
 import os
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+Item = TypeVar("Item")
 
 
 def available_cores() -> int:
@@ -15,6 +17,17 @@ def available_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def chunks_of(items: list[Item], size: int) -> list[list[Item]]:
+    """Return lists of `size` items each, of which the last may have fewer.
+
+    Examples
+    --------
+    >>> chunks_of([1, 2, 3, 4, 5], 2)
+    [[1, 2], [3, 4], [5]]
+    """
+    return [items[k : k + size] for k in range(0, len(items), size)]
 
 
 @contextmanager

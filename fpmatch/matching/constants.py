@@ -26,7 +26,7 @@ LEAST_WEIGHT: Final = 1e-9  # of all neighbours of a minutia together
 # is set where that cell does not count. `_bits.pxd` has them for the C compiler, too.
 NEIGHBOUR_WORDS: Final = 12  # of a minutia, for its neighbours
 ORIENTATION_WORDS: Final = 12  # of a minutia, for the ridge orientation at places around it
-MAX_ENCODED: Final = 64  # minutiae of a print; of more, those of best quality
+MAX_ENCODED: Final = 64  # minutiae of a print; of more, the best by quality
 TURNS: Final = 256  # steps of a minutia's direction in a turn
 CELLS_ALONG: Final = 16  # of a grid, with the minutia in its middle
 SECTORS: Final = 8  # of relative direction, in a turn

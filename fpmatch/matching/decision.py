@@ -188,8 +188,8 @@ def find_shortage(
         message = "; ".join(f"the {name} {text}" for name, text in why.items() if text)
         return Shortage(code, message)
     minutiae, area_px2 = known.amounts[:, :2].min(axis=0).tolist()
+    fewest = count(int(minutiae), "minutia", "minutiae")
     if math.isinf(known.score) and not area_px2:
-        fewest = count(int(minutiae), "minutia", "minutiae")
         message = f"{fewest} in the smaller print, where {LEAST_MINUTIAE} are needed at least"
         return Shortage("too few minutiae", message)
 
@@ -202,9 +202,7 @@ def find_shortage(
     if enough is None and minutiae >= LEAST_MINUTIAE:
         message = f"no amount of skin would usually reach a score of {threshold:.1f}"
         return Shortage("threshold too high", message)
-    message = (
-        f"{count(int(minutiae), 'minutia', 'minutiae')} on {area:.0f} mm² in the smaller print"
-    )
+    message = f"{fewest} on {area:.0f} mm² in the smaller print"
     if enough is not None:
         message += (
             f", where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm² are usually "

@@ -78,13 +78,15 @@ class ComparedPair:
 
 def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions) -> ComparedPair:
     """Decide whether two given prints come from the same finger."""
-    name, file = get_matcher(options.matcher).name, options.calibration
+    file, calibration = options.calibration, None
+    if file is not None:
+        calibration = load_calibration(get_matcher(options.matcher).name, file)
     return verify_given(
         probe,
         reference,
         matcher=options.matcher,
         threshold=options.decision_score(),
-        calibration=None if file is None else load_calibration(name, file),
+        calibration=calibration,
     )
 
 

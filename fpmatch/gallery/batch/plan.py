@@ -154,8 +154,8 @@ def iterate_pairs(path: str | os.PathLike[str]) -> Iterator[ListedPair]:
 class PrintNames:
     """Find the number of a print of one side by what a list calls it.
 
-    `names` are the prints' own, different from each other; `place` is the folder, the manifest or
-    the gallery that they are of. Those of a gallery are no paths.
+    `names` are the prints' own, different from each other; `place` is their folder, manifest or
+    gallery. The names in a gallery are no paths.
     """
 
     def __init__(self, place: str | os.PathLike[str], names: Sequence[str]) -> None:
@@ -253,6 +253,8 @@ def find_identical_pairs(
     `probes` and `references` are the prints by number.
     """
     kinds = {one.digest: k for k, one in enumerate(probes.values()) if one.digest}
+    if kinds.keys().isdisjoint(one.digest for one in references.values()):
+        return 0, []  # without a look at the pairs, which may be very many
     size = 1 + max(max(side, default=0) for side in (plan.probes, plan.references))
     of_probe, of_reference = np.full(size, -1), np.full(size, -2)
     for of_side, prints in ((of_probe, probes), (of_reference, references)):

@@ -132,7 +132,9 @@ def open_cluster(scheduler: str) -> Iterator[Workers]:
         """Check that a scheduler answers: a client would wait for ever for another server."""
         rpc: Any = distributed.core.rpc
         async with asyncio.timeout(CONNECT_S), rpc(scheduler) as other:
-            await other.identity()
+            kind = (await other.identity())["type"]
+        if kind != "Scheduler":
+            raise ValueError(f"this is a {kind.lower()}'s address")
 
     connect: Any = distributed.Client
     no_limit = {"distributed.admin.large-graph-warning-threshold": "1TB"}

@@ -64,11 +64,11 @@ def find_prints(
 ) -> list[PrintFile]:
     """Find the prints of some files, folders and manifests, each once, those of a folder by name.
 
-    Those of a folder are its images or, where it has none, its templates; of templates whose names
-    differ in the suffix only, one is taken: JSON before CSV before others. Where a folder has
-    neither, they are those of its subfolders, one a finger, or one a subject with one a finger in
-    it. `dpi` is the resolution of all (default: that in a manifest, else that
-    in the ``dataset.toml`` beside a file or in the place, else the file's own).
+    The prints of a folder are its images or, where it has none, its templates; of templates whose
+    names differ in the suffix only, one is taken: JSON before CSV before others. Where a folder has
+    neither, its subfolders are fingers, or subjects whose subfolders are fingers. `dpi` is the
+    resolution of all (default: that in a manifest, else that in the ``dataset.toml`` beside a file
+    or in the place, else the file's own).
 
     Labels are those of a manifest, else by a `pattern`, with which subfolders may lie deeper, else
     of the subfolders. Raises ImageReadError if one of `places` is missing, or is a folder without

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from fpmatch.base.threads import available_cores
+from fpmatch.base.threads import available_cores, chunks_of
 from fpmatch.errors import FpmatchError, MatcherError, number_text
 from fpmatch.gallery.encryption.keys import KEY_VARIABLE
 from fpmatch.gallery.engine.engine import serial
@@ -204,14 +204,14 @@ class Search:
         if self.preselected:
             rows = sorted(self.gallery.packed_templates(of=numbers))
             there, work = [n for n, _ in rows], partial(_compare_stored, self.matcher, probe)
-            chunks: Any = _chunks(rows)
+            chunks: Any = chunks_of(rows, COMPARED_AT_ONCE)
         else:
             places = np.flatnonzero(np.isin(self.numbers, numbers)).tolist()
             there = self.numbers[places].tolist()
             if not packs(self.matcher):
                 return self._compare_one_by_one(probe, there)
             work = partial(_compare_prepared, self.matcher, self._together, probe)
-            chunks = _chunks(places)
+            chunks = chunks_of(places, COMPARED_AT_ONCE)
         parts = threads.map(work, chunks)
         return dict(zip(there, np.concatenate([np.empty(0), *parts]).tolist(), strict=True))
 
@@ -277,10 +277,6 @@ def _open_again(where: str, key: KeyRing | str | None, matcher: Matcher) -> Sear
 def _warn(text: str) -> None:
     """Warn the caller of `Search`."""
     warnings.warn(text, RuntimeWarning, stacklevel=8)
-
-
-def _chunks(rows: list[Any]) -> list[list[Any]]:
-    return [rows[k : k + COMPARED_AT_ONCE] for k in range(0, len(rows), COMPARED_AT_ONCE)]
 
 
 def _compare_stored(

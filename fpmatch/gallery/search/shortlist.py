@@ -7,10 +7,11 @@ the prints that are compared whole.
 from __future__ import annotations
 
 from itertools import chain
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.threads import chunks_of
 from fpmatch.gallery.index.segment import unoriented_share
 from fpmatch.gallery.index.size_normalization import size_normalized
 from fpmatch.gallery.index.terms import probe_terms
@@ -52,7 +53,8 @@ def shortlist(
     by_descriptors = max(by_descriptors, least)
     by_terms = effort * max(LEAST_BY_TERMS, round(SHARE_BY_TERMS * size))
     terms = probe_terms(probe, unoriented=unoriented_share(segments))
-    counted = threads.map(lambda some: [one.votes(terms) for one in some], _chunks(segments))
+    some_segments = chunks_of(segments, SEGMENTS_AT_ONCE)
+    counted = threads.map(lambda some: [one.votes(terms) for one in some], some_segments)
     both = np.concatenate([*chain.from_iterable(counted)], axis=1)
     sizes = np.concatenate([segment.size for segment in segments])
     if not index.in_order:
@@ -74,7 +76,8 @@ def shortlist(
         (segment, places[bounds[k] : bounds[k + 1]] - start[k])
         for k, segment in enumerate(segments)
     ]
-    scored = threads.map(lambda some: [one.scores(probe, k) for one, k in some], _chunks(parts))
+    some_parts = chunks_of(parts, SEGMENTS_AT_ONCE)
+    scored = threads.map(lambda some: [one.scores(probe, k) for one, k in some], some_parts)
     scores = np.concatenate([*chain.from_iterable(scored)])
     # Either finds mates that the other loses: votes need a mesh that both prints have,
     # descriptors the ridges around the minutiae. By chance, few prints have very many votes.
@@ -99,7 +102,3 @@ def by_size(sizes: NDArray[np.uint8]) -> NDArray[np.float32]:
     not_larger = 1 + np.cumsum(np.bincount(sizes, minlength=256))
     added: NDArray[np.float64] = SIZE_WEIGHT * np.log(not_larger[-1] / not_larger)
     return added.astype(np.float32)
-
-
-def _chunks(rows: list[Any]) -> list[list[Any]]:
-    return [rows[k : k + SEGMENTS_AT_ONCE] for k in range(0, len(rows), SEGMENTS_AT_ONCE)]

@@ -91,7 +91,7 @@ def evaluate(
 
     check_outputs(**options)
     earlier = None if baseline is None else read_scores(baseline)
-    datasets = run.load_datasets(places, protocol, pattern=pattern, dpi=dpi)
+    datasets = run.load_datasets(places, pattern=pattern, dpi=dpi)
     say_slow_kernels()
     with ProgressBars(STAGES) as bars:
         results = run.evaluate_matchers(

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from fpmatch.lab.evaluation.report.results import RatesReport
 
+_RATE: Final = click.FloatRange(0, 1, min_open=True, max_open=True)
 RATES: Final = """\b
 Columns:
   EER       equal error rate
@@ -45,7 +46,7 @@ rate_options: Final = partial(
             "--fmr",
             "fmrs",
             metavar="RATE",
-            type=click.FloatRange(0, 1, min_open=True, max_open=True),
+            type=_RATE,
             multiple=True,
             help="Report the FNMR at this false match rate, with its interval; repeatable.",
         ),
@@ -112,7 +113,7 @@ Exit status: 0 when the rates are printed, 2 when the scores cannot be used.
     "--fpir",
     "fpirs",
     metavar="RATE",
-    type=click.FloatRange(0, 1, min_open=True, max_open=True),
+    type=_RATE,
     multiple=True,
     help="With --enrolled: report the FNIR at this FPIR; repeatable.  [default: 0.001, 0.01, 0.1]",
 )

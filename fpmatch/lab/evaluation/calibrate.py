@@ -70,10 +70,10 @@ def gather_impostors(
 ) -> list[Trials]:
     """Return the impostor comparisons of files of scores, then of databases of prints.
 
-    `sources`: files of scores, of which those of the matcher are read, and folders and manifests,
-    whose prints are compared by the extended protocol. In place of the default matcher, the one
-    whose similarities are not lowered by the pairs that chance makes compares and is read: fitted
-    to lowered ones, a calibration would raise them again. `how` is as for `evaluate_matchers`,
+    `sources`: files, of which the scores of the matcher are read, and folders and manifests, whose
+    prints are compared by the extended protocol. In place of the default matcher, the one whose
+    similarities are not lowered by the pairs that chance makes compares and is read: fitted to
+    lowered ones, a calibration would raise them again. `how` is as for `evaluate_matchers`,
     `naming` as for `load_datasets`. Raises a `DatasetError` if a source cannot be used, or a
     database comes twice; a `MatcherError` if the matcher is unknown.
     """

@@ -81,7 +81,7 @@ def evaluate(
     """
     given = [datasets] if isinstance(datasets, Dataset | str | os.PathLike) else datasets
     (report,) = evaluate_matchers(
-        load_datasets(given, protocol, pattern=pattern),
+        load_datasets(given, pattern=pattern),
         [matcher],
         protocol=protocol,
         workers=workers,
@@ -109,7 +109,7 @@ def evaluate_matchers(
     the run. `reading`: how the images are read, as for `DatasetSource`. Raises an `FpmatchError` as
     `evaluate`; an `OutputError` if the file cannot be written.
     """
-    sources = [DatasetSource(one, **reading) for one in load_datasets(datasets, protocol)]
+    sources = [DatasetSource(one, **reading) for one in load_datasets(datasets)]
     chosen = [get_matcher(one) if isinstance(one, str) else one for one in matchers]
     plans = [choose_pairs(one.dataset.impressions, protocol) for one in sources]
     if scores is None:
@@ -180,21 +180,19 @@ def _join(files: Sequence[Path], target: str | os.PathLike[str]) -> None:
                 shutil.copyfileobj(part, stream)
 
 
-def load_datasets(
-    datasets: Sequence[AnyDataset], protocol: str = "extended", **how: Any
-) -> list[Dataset]:
+def load_datasets(datasets: Sequence[AnyDataset], **how: Any) -> list[Dataset]:
     """Load the databases among `datasets` that are given as folders or manifests.
 
-    `how` is as for `load_dataset`. Of databases of one name, the names become those of the folders.
-    Raises what that raises, and a `DatasetError` if there is none, one is given twice, or one has
-    no pair to compare.
+    `how` is as for `load_dataset`. Databases of one name are named as their folders. Raises what
+    that raises, and a `DatasetError` if there is none, one is given twice, or one has no pair to
+    compare.
     """
     loaded = [one if isinstance(one, Dataset) else load_dataset(one, **how) for one in datasets]
     if not loaded:
         raise DatasetError("no database given")
     seen: set[Path] = set()
     for dataset in loaded:
-        if not len(choose_pairs(dataset.impressions, protocol)):
+        if len(dataset.impressions) < 2:  # any two are a pair of either protocol
             raise DatasetError(f"{dataset.name}: has no two prints that the protocol compares")
         place = Path(dataset.place).resolve()
         if place in seen:

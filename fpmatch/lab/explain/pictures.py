@@ -191,7 +191,7 @@ def labels(axes: Axes, xy: Floats) -> None:
 
 
 def triangulation_step(sides: Sides) -> Step:
-    """Show the points of both sides, those of prints with their directions, triangulated."""
+    """Show the points of both sides, minutiae with their directions, and their triangulations."""
 
     def both(*axes: Axes) -> None:
         for ax, side in zip(axes, sides, strict=True):

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from fpmatch.matching import constants as fixed
-from fpmatch.matching.constants import ORIENTATIONS
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepared import codes_at
 from fpmatch.matching.reference.pair_mesh import cross
@@ -252,4 +251,4 @@ def _flow_agreement(
 
 def _flow(codes: NDArray[np.uint8]) -> Plane:
     """Return the unit vectors of twice the orientation that codes state."""
-    return np.asarray(np.exp(2j * np.pi * (codes.astype(np.float64) - 1.0) / ORIENTATIONS))
+    return np.asarray(np.exp(2j * np.pi * (codes.astype(np.float64) - 1.0) / fixed.ORIENTATIONS))

@@ -36,7 +36,7 @@ _LATEX: Final = {ord(sign): f"\\{sign}" for sign in "&%$#_{}"} | {
 
 
 def as_text(document: dict[str, Any]) -> str:
-    """Return the report as tables; several matchers are side by side at the end."""
+    """Return the report as tables; several matchers are compared with the first at the end."""
     matchers = document.get("matchers", [document])
     parts, bounds = [], []
     for one in matchers:

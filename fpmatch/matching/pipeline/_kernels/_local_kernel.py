@@ -7,9 +7,9 @@ relative to a tolerance that grows with the distance from the minutia, and with 
 direction. Each neighbour of print A counts by the most similar neighbour in B, or not at all:
 neighbours may be missing or spurious in either print.
 
-The neighbours of one print are numbered. Of each of the four numbers that describe a neighbour, a
-table has a set of them for each bin: as bits, those that may be similar to a neighbour in it. Those
-of other prints are looked up there: the sets of the four bins have few in common.
+The neighbours of one print are numbered. For each of the four numbers that describe a neighbour, a
+table has a set of bits for each bin: the neighbours that may be similar to one in it. Neighbours of
+other prints are looked up there: the sets of the four bins have few in common.
 """
 
 import cython
@@ -28,7 +28,7 @@ LEAST_PRECISION = cython.declare(cython.double, 1e-30)
 @cython.final
 @cython.cclass
 class NeighbourIndex:
-    """The neighbours of one print's minutiae, by sets of those near to a position and direction.
+    """The neighbours of one print's minutiae, in sets by position and direction.
 
     ``frame[i, :, k]`` holds, for neighbour k of minutia i: u, v, c, s, 1/tolerance², weight. Its
     number is ``k * minutiae + i``. Of 64 bins of each of u, v, c and s, the outermost are
@@ -60,7 +60,7 @@ class NeighbourIndex:
 
     @cython.locals(k=cython.Py_ssize_t, axis=cython.Py_ssize_t)
     def _list(self, count, frame, slack, c, s):
-        """Put the neighbours into the sets; c and s are those of the largest angle."""
+        """Put the neighbours into the sets; c, s: cosine and sine of the largest difference."""
         for i in range(self.minutiae):
             for k in range(count[i]):
                 e = k * self.minutiae + i

@@ -147,7 +147,9 @@ class UnitCircleMatcher(Matcher):
         The probe's lengths are multiplied by each.
         """
         p, ours = self.parameters, reference.bit_descriptors
-        known = probe.points, probe.quality, probe.neighbourhoods, probe.region, p
+        directions = probe.bit_descriptors.direction_bin
+        coded = probe.points, prints.which_encoded(probe.quality), directions
+        known = *coded, probe.neighbourhoods, probe.region, p
         if self.by_reference:
             scores = [descriptor_similarity(ours, prints.encode(*known, k), p) for k in ratios]
         else:

@@ -25,9 +25,7 @@ from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 from fpmatch.matching.prints.prepared import (
     BitDescriptors,
     Neighbourhoods,
-    direction_bins,
     prepare_by,
-    which_encoded,
 )
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
@@ -56,21 +54,22 @@ def neighbourhoods(points: NDArray[np.float64], parameters: MatchParameters) -> 
 
 def encode(
     points: NDArray[np.float64],
-    quality: NDArray[np.float64],
+    coded: NDArray[np.bool_],
+    direction_bin: NDArray[np.uint8],
     neighbours: Neighbourhoods,
     region: PrintArea,
     parameters: MatchParameters,
     scale: float = 1.0,
 ) -> BitDescriptors:
     """Encode the minutiae (4, N) of a print as `prepared.encode` does."""
-    r, n, count, frame = region, len(quality), neighbours.count, neighbours.frame
-    coded, direction_bin = which_encoded(quality).view(np.uint8), direction_bins(points)
+    r, n, count, frame = region, len(coded), neighbours.count, neighbours.frame
     xy, places = points[:2].T, fixed.FLOW_PLACES
     if scale != 1.0:
         xy, places = scale * xy, places / scale
     angle = np.arctan2(frame[:, 3], frame[:, 2])
     neighbour_bits = np.empty((n, fixed.NEIGHBOUR_WORDS), np.uint16)
-    encode_neighbours(count, frame, angle, coded, scale / parameters.cell_px, neighbour_bits)
+    per_px, which = scale / parameters.cell_px, coded.view(np.uint8)
+    encode_neighbours(count, frame, angle, which, per_px, neighbour_bits)
     orientation_bins = np.full((n, fixed.ORIENTATION_WORDS), fixed.UNKNOWN_BIN, np.uint8)
     if r.has_flow:
         area = r.code, r.first_row, r.first_column, r.step

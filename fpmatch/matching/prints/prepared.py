@@ -173,17 +173,17 @@ def direction_bins(points: NDArray[np.float64]) -> NDArray[np.uint8]:
 
 def encode(
     points: NDArray[np.float64],
-    quality: NDArray[np.float64],
+    coded: NDArray[np.bool_],
+    direction_bin: NDArray[np.uint8],
     neighbours: Neighbourhoods,
     region: PrintArea,
     p: MatchParameters,
     scale: float = 1.0,
 ) -> BitDescriptors:
-    """Encode the minutiae (4, N) of a print, of many only the best by quality.
+    """Encode those minutiae of a print (4, N) that are `coded`.
 
     All lengths of the print are multiplied by `scale`.
     """
-    coded, direction_bin = which_encoded(quality), direction_bins(points)
     words = _neighbour_bits(neighbours, coded, scale / p.cell_px)
     around = _orientation_bins(points, direction_bin, region, scale)
     xy = (scale * points[:2].T).astype(np.float32, order="C")
@@ -270,7 +270,7 @@ def prepare_by(
         region = area_of_hull(points, p.hull_step_px, p.max_hull_cells)
     quality = qualities(minutiae.quality, p.usual_quality)
     described = neighbourhoods(points, p)
-    bits = encode(points, quality, described, region, p)
+    bits = encode(points, which_encoded(quality), direction_bins(points), described, region, p)
     r = region
     frame = _FRAME.pack(*r.code.shape, r.first_row, r.first_column, r.has_flow, r.step)
     ridges = b"" if r.ridges is None else r.ridges.tobytes()

@@ -7,10 +7,12 @@ A package states them in its pyproject.toml, as docs/how-to/add_a_matcher.md sho
 from __future__ import annotations
 
 import importlib
+import traceback
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.errors import FpmatchError
+from fpmatch.errors import FpmatchError, MatcherError
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -19,6 +21,7 @@ MATCHERS: Final = "fpmatch.matchers"
 FORMATS: Final = "fpmatch.formats"
 AN2_SIGNATURES: Final = (b"1.001:", b"1.01:")
 FMR_SIGNATURE: Final = b"FMR\x00"  # of finger minutiae records
+PLUG_IN: Final = "plug-in"  # the code of errors of plug-ins
 _AGENCY: Final = "fpmatch.formats.agency"
 _MATCHER: Final = "fpmatch.matching.result.Matcher"  # the base class, not imported from here
 _PARTS: Final = {  # what an object of a group must have
@@ -99,6 +102,38 @@ def forget_plugins() -> None:
         function.cache_clear()
 
 
+def call_matcher(matcher: Any, method: str, *given: Any) -> Any:
+    """Call a method of a matcher; raise MatcherError where that of a plug-in fails."""
+    call = getattr(matcher, method)
+    if is_own(matcher):
+        return call(*given)
+    try:
+        return call(*given)
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"line {place.lineno} of {Path(place.filename).name}"
+        raise MatcherError(
+            f"matcher {matcher.name}: {method}: {type(error).__name__}: {error} ({where})",
+            code=PLUG_IN,
+        ) from error
+
+
+def named(error: MatcherError, *prints: object) -> MatcherError:
+    """Return an error of a plug-in with the names of the prints compared before it.
+
+    Another error is raised as it is: a cause of itself would never end.
+    """
+    if error.code != PLUG_IN:
+        raise error
+    names = [*map(str, prints), *([error.path] if error.path else [])]
+    return MatcherError(error.detail, path=" and ".join(names), code=PLUG_IN)
+
+
+def is_own(matcher: object) -> bool:
+    """Return whether a matcher is of this package, so that its answers need no check."""
+    return type(matcher).__module__.startswith("fpmatch.")
+
+
 @cache
 def _entry_points(group: str) -> dict[str, tuple[EntryPoint, ...]]:
     """Return the entry points of a group by name."""
@@ -125,7 +160,7 @@ def _load(group: str, place: str) -> Any:
         if isinstance(error, ModuleNotFoundError) and f"{module}.".startswith(f"{error.name}."):
             hint = " (install its package or put its folder on PYTHONPATH: nothing is imported "
             hint += "from the working directory)"
-        raise PluginError(f"{place} cannot be loaded: {why}{hint}", code="plug-in") from error
+        raise PluginError(f"{place} cannot be loaded: {why}{hint}", code=PLUG_IN) from error
     kinds = (f"{kind.__module__}.{kind.__qualname__}" for kind in type(plugin).__mro__)
     if group == MATCHERS and _MATCHER not in kinds:
         raise PluginError(f"{place} is no subclass of {_MATCHER}", code="shape")

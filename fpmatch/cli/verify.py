@@ -152,8 +152,8 @@ def verify(
     if values["reference"] is None:
         raise click.MissingParameter(param_hint="'REFERENCE'", param_type="argument")
     from fpmatch.base.output import atomic_write, check_writable
+    from fpmatch.base.plugins import named
     from fpmatch.errors import MatcherError
-    from fpmatch.matching.result import named
     from fpmatch.prints.report import as_text
 
     if overlay_file is not None:

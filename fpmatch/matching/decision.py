@@ -18,10 +18,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import cv2
 import numpy as np
 
+from fpmatch.base.plugins import call_matcher
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.matching.calibration import MAX_SCORE, is_calibrated, load_calibration
 from fpmatch.matching.registry import get_matcher
-from fpmatch.matching.result import Matcher, Shortage, call_matcher
+from fpmatch.matching.result import Matcher, Shortage
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
 from fpmatch.templates.plausibility import OFF_RIDGES

@@ -106,10 +106,9 @@ class MatchParameters:
     apart_cosine: float = _cosine(12.0)  # or the difference of their rotations
 
     # Score: how evidence is turned into features
-    # how far inside the other print a minutia lies that counts as unpaired
+    # how far inside the other print a minutia lies that counts as unpaired; in the hull of the
+    # minutiae anywhere, since a print reaches farther
     margin_px: float = 20.0
-    # the same in the hull of the minutiae: a print reaches farther than that
-    hull_margin_px: float = 0.0
     doubt_pairs: float = 2.0  # added to the number of pairs, so that little evidence counts less
     doubt_minutiae: float = 5.0  # added to the number of minutiae
     doubt_cells: float = 10.0  # added to the number of cells of ridges

@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.parameters import read_parameters
+from fpmatch.base.plugins import MATCHERS, PLUG_IN, PluginError, load_plugin, plugin_names
 from fpmatch.errors import MatcherError, unknown_name
 
 if TYPE_CHECKING:
@@ -35,8 +36,6 @@ def matcher_names() -> list[str]:
     >>> "unit-circle" in matcher_names()
     True
     """
-    from fpmatch.base.plugins import MATCHERS, plugin_names  # noqa: PLC0415
-
     return sorted({*OWN_MATCHERS, *plugin_names(MATCHERS)})
 
 
@@ -57,8 +56,6 @@ def get_matcher(name: str) -> Matcher:
     plain, parameters = split_name(name)
     if parameters:
         return _parametrised(plain, parameters)
-    from fpmatch.base.plugins import MATCHERS, PluginError, load_plugin, plugin_names  # noqa: PLC0415
-
     if ":" not in name and name not in plugin_names(MATCHERS):
         known = unknown_name("matcher", name, matcher_names())
         raise MatcherError(f"{known} (or any package.module:OBJECT)")
@@ -66,7 +63,7 @@ def get_matcher(name: str) -> Matcher:
         matcher = load_plugin(MATCHERS, name)
     except PluginError as error:
         subject = "matcher" if ":" in name else f"matcher {name}:"
-        raise MatcherError(f"{subject} {error}", code="plug-in") from error
+        raise MatcherError(f"{subject} {error}", code=PLUG_IN) from error
     return matcher
 
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-import traceback
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
 from fpmatch.base.parameters import changed_parameters, with_parameters
+from fpmatch.base.plugins import PLUG_IN, call_matcher, is_own
 from fpmatch.errors import MatcherError
 from fpmatch.pointset.geometry.similarity import Similarity
 
@@ -34,7 +33,6 @@ INCONCLUSIVE: Final = "inconclusive"
 
 Identity = Literal["pixels", "template"]  # what of two prints is the same
 
-PLUG_IN: Final = "plug-in"  # the code of errors of matchers of other packages
 _NO_PAIRS: Final = np.empty((0, 2), np.int32)
 
 
@@ -190,38 +188,6 @@ def compare_prepared(matcher: Matcher, probe: Any, reference: Any) -> Comparison
     if wrong := _what_is_wrong(comparison):
         raise MatcherError(f"matcher {matcher.name}: compare returned {wrong}", code=PLUG_IN)
     return comparison
-
-
-def call_matcher(matcher: Any, method: str, *given: Any) -> Any:
-    """Call a method of a matcher; raise MatcherError where that of a plug-in fails."""
-    call = getattr(matcher, method)
-    if is_own(matcher):
-        return call(*given)
-    try:
-        return call(*given)
-    except Exception as error:
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"line {place.lineno} of {Path(place.filename).name}"
-        raise MatcherError(
-            f"matcher {matcher.name}: {method}: {type(error).__name__}: {error} ({where})",
-            code=PLUG_IN,
-        ) from error
-
-
-def named(error: MatcherError, *prints: object) -> MatcherError:
-    """Return an error of a plug-in with the names of the prints compared before it.
-
-    Another error is raised as it is: a cause of itself would never end.
-    """
-    if error.code != PLUG_IN:
-        raise error
-    names = [*map(str, prints), *([error.path] if error.path else [])]
-    return MatcherError(error.detail, path=" and ".join(names), code=PLUG_IN)
-
-
-def is_own(matcher: object) -> bool:
-    """Return whether a matcher is of this package, so that its answers need no check."""
-    return type(matcher).__module__.startswith("fpmatch.")
 
 
 def _what_is_wrong(comparison: Any) -> str:

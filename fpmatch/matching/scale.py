@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.plugins import call_matcher
 from fpmatch.matching.calibration import allowance
-from fpmatch.matching.result import call_matcher, compare_prepared
+from fpmatch.matching.result import compare_prepared
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.plugins import call_matcher
 from fpmatch.matching.calibration import allowance as allowance_of
 from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.matching.decision import Reachable, Rule, find_reachable, find_shortage
@@ -18,7 +19,6 @@ from fpmatch.matching.result import (
     MATCH,
     NO_MATCH,
     Shortage,
-    call_matcher,
     compare_prepared,
 )
 from fpmatch.matching.scale import find_scale, measure_scale

@@ -8,11 +8,11 @@ from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.base.plugins import named
 from fpmatch.errors import MatcherError
 from fpmatch.image.quality.ridge_scale import is_sound, possible_dpi
 from fpmatch.matching.calibration import allowance, fmr_to_score, load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher, states_rho
-from fpmatch.matching.result import named
 from fpmatch.matching.scale import CANDIDATE_RATIOS
 from fpmatch.matching.verify import verify
 from fpmatch.prints.reading import GivenPrint

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.base.plugins import call_matcher, named
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.gallery.batch.sources import unpack
@@ -18,9 +19,7 @@ from fpmatch.matching.result import (
     INCONCLUSIVE,
     MATCH,
     NO_MATCH,
-    call_matcher,
     compare_prepared,
-    named,
 )
 
 if TYPE_CHECKING:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fpmatch.base.plugins import named
 from fpmatch.cli.notes import say_notes_on, show
 from fpmatch.cli.options import open_side, pair_options_of
 from fpmatch.errors import MatcherError
@@ -16,7 +17,6 @@ from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.registry import get_matcher, states_rho
-from fpmatch.matching.result import named
 from fpmatch.printable import json_text
 from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
 

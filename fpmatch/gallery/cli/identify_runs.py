@@ -86,9 +86,9 @@ class Run:
 
 def identify_one_by_one(run: Run, files: Sequence[PrintFile]) -> int:
     """Show the candidates of each probe; return the exit status of the command."""
+    from fpmatch.base.plugins import named
     from fpmatch.gallery.search.identify import identify_given
     from fpmatch.gallery.search.probes import notes_on_identical
-    from fpmatch.matching.result import named
     from fpmatch.prints.reading import group_by_note
 
     probes: list[dict[str, Any]] = []

@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.plugins import call_matcher
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.decision import DEFAULT_THRESHOLD, Rule
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.matching.result import call_matcher, compare_prepared
+from fpmatch.matching.result import compare_prepared
 from fpmatch.matching.verify import decide
 
 if TYPE_CHECKING:

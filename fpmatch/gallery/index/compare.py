@@ -83,6 +83,7 @@ def similarities(
         pipeline = pipeline_for(probe)
         index_neighbours(pipeline, probe)
         compare_each(pipeline, references.views, order, similarity)
+        similarity = np.logaddexp(0.0, similarity)
     for k in np.flatnonzero(order == 0).tolist():
         similarity[k] = matcher.compare(probe, some[k]).similarity
     return similarity

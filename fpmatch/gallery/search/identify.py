@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 
+from fpmatch.base.plugins import call_matcher, named
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.fingers.finger import fused_scores
 from fpmatch.gallery.search.identification import (
@@ -23,7 +24,7 @@ from fpmatch.gallery.search.identification import (
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.matching.calibration import allowance, score_to_fmr
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
-from fpmatch.matching.result import call_matcher, compare_prepared, named
+from fpmatch.matching.result import compare_prepared
 from fpmatch.prints.pair import FIRST_SHARE, other_resolutions
 
 if TYPE_CHECKING:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from fpmatch.base.plugins import call_matcher, named
 from fpmatch.base.threads import available_cores, chunks_of
 from fpmatch.errors import FpmatchError, MatcherError, number_text
 from fpmatch.gallery.encryption.keys import KEY_VARIABLE
@@ -23,7 +24,7 @@ from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration
 from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import call_matcher, compare_prepared, named
+from fpmatch.matching.result import compare_prepared
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence

@@ -18,7 +18,7 @@ from fpmatch.matching import reference as method
 from fpmatch.matching.constants import COMPILED
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline.evidence import Evidence, amount_terms, as_similarity, main_reason
+from fpmatch.matching.pipeline.evidence import Evidence, amount_terms, main_reason
 from fpmatch.matching.prints import prepared as prints
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.prefilter import descriptor_similarity
@@ -95,7 +95,7 @@ class UnitCircleMatcher(Matcher):
             if same and not (matched and _is_identity(matched[0])):
                 matched = method.match(a, b, self.parameters)
         if rejected:
-            return nothing_found(UNLIKE, as_similarity(rejected))
+            return nothing_found(UNLIKE, float(np.logaddexp(0.0, rejected)))
         if matched is None:
             return nothing_found(UNPAIRED)
         return AlignedComparison(a, b, swapped, *matched)

@@ -106,13 +106,6 @@ def amount_terms(minutiae: float, area: float) -> NDArray[np.float64]:
     return np.array([1.0, x, x * x, y, x * y])
 
 
-def as_similarity(minus_log_fmr: float) -> float:
-    """Return ``log(1 + e^x)``: positive, and for more than a few the estimate x itself."""
-    if minus_log_fmr > 0.0:
-        return minus_log_fmr + math.log1p(math.exp(-minus_log_fmr))
-    return math.log1p(math.exp(minus_log_fmr))
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoreWeights:
     """The models of `MODELS`, and from what they were learned."""
@@ -195,7 +188,7 @@ class Evidence(NamedTuple):
     @property
     def similarity(self) -> float:
         """``log(1 + e^x)`` of `minus_log_fmr`: where that is more than a few, as good as that."""
-        return as_similarity(self.minus_log_fmr)
+        return float(np.logaddexp(0.0, self.minus_log_fmr))
 
 
 @cache

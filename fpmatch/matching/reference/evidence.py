@@ -105,8 +105,7 @@ def _unpaired(
     own: PreparedTemplate, which: NDArray[np.intp], other: PrintArea, at: Plane, p: MatchParameters
 ) -> tuple[int, float]:
     """Return how many unpaired minutiae lie in the other print, and the weight of those well in."""
-    margin = p.margin_px if other.has_flow else p.hull_margin_px
-    steps = margin * np.array([0, 1, -1, 1j, -1j])
+    steps = (p.margin_px if other.has_flow else 0.0) * np.array([0, 1, -1, 1j, -1j])
     inside = codes_at(other, at + steps[:, None]) > 0
     squares = own.quality**2
     # poor qualities are raised to usual ones

@@ -213,18 +213,20 @@ def search_by_ridges(
     shift = b.points[0, j] + 1j * b.points[1, j] - linear * (a.points[0, i] + 1j * a.points[1, i])
     flow, middle = _flow_agreement(a.region, b.region, linear, shift, p.least_common)
     best = np.argsort(-flow, kind="stable")[:trials]
-    entered: list[tuple[float, int]] = []
-    for k in best[flow[best] >= least_flow].tolist():
-        correlation, cells = compare_ridges(a.region, b.region, (linear[k], shift[k]))
-        value = (correlation - p.usual_correlation) * np.sqrt(cells)
-        at = shift + linear * middle
+    best = best[flow[best] >= least_flow]
+    i, j, linear, shift = i[best], j[best], linear[best], shift[best]
+    moves = zip(linear.tolist(), shift.tolist(), strict=True)
+    compared = np.array([compare_ridges(a.region, b.region, move) for move in moves])
+    correlation, cells = compared.reshape(-1, 2).T
+    value, at = (correlation - p.usual_correlation) * np.sqrt(cells), shift + linear * middle
+    chosen: list[tuple[int, int]] = []
+    while len(chosen) < most and value.max(initial=least_value) > least_value:
+        k = int(value.argmax())
+        chosen.append((int(i[k]), int(j[k])))
         near = abs(at - at[k]) ** 2 < p.apart_px**2
         near &= (linear * linear[k].conj()).real > p.apart_cosine
-        if value <= least_value or any(near[m] and other >= value for other, m in entered):
-            continue
-        entered = [(other, m) for other, m in entered if not near[m]] + [(value, k)]
-        entered = sorted(entered, key=lambda entry: -entry[0])[:most]
-    return [(int(i[k]), int(j[k])) for _, k in entered]
+        value[near] = least_value
+    return chosen
 
 
 def _flow_agreement(

@@ -26,7 +26,7 @@ cdef class EvidenceScorer:
     cdef readonly double total, relaxation, refine, confident
     cdef readonly bint is_small
     cdef Py_ssize_t model
-    cdef double margin, hull_margin, doubt_pairs, doubt_cells, doubt_minutiae, usual_correlation
+    cdef double margin, doubt_pairs, doubt_cells, doubt_minutiae, usual_correlation
     cdef double beyond_from, beyond_less, beyond_few, beyond_share
 
     cpdef int choose_model(self, TemplateView a, TemplateView b) noexcept nogil
@@ -53,4 +53,3 @@ cdef double common_cells(TemplateView a, TemplateView b, double c, double s, dou
 cdef double poisson_decades(double count, double mean) noexcept nogil
 cdef double quality_correction(double squares, double minutiae) noexcept nogil
 cdef double saturated(double amount, double enough) noexcept nogil
-cdef double as_similarity(double total) noexcept nogil

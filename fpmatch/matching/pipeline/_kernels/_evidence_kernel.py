@@ -8,7 +8,7 @@ same computation in numpy is in `fpmatch.matching.reference.evidence`.
 import cython
 import numpy as np
 from cython.cimports.fpmatch.matching.pipeline._kernels._ridge_kernel import smaller_area
-from cython.cimports.libc.math import exp, log, log1p, log10, sqrt
+from cython.cimports.libc.math import exp, log, log10, sqrt
 
 from fpmatch.matching.constants import *
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
@@ -50,8 +50,7 @@ class EvidenceScorer:
         self.is_small = False
         self.paired_b = np.empty(capacity, np.int32)
         self.correlator = RidgeCorrelator(capacity)
-        self.margin, self.hull_margin = p.margin_px, p.hull_margin_px
-        self.doubt_pairs, self.doubt_cells = p.doubt_pairs, p.doubt_cells
+        self.margin, self.doubt_pairs, self.doubt_cells = p.margin_px, p.doubt_pairs, p.doubt_cells
         self.doubt_minutiae, self.usual_correlation = p.doubt_minutiae, p.usual_correlation
         self.beyond_from, self.beyond_share = p.beyond_from, p.beyond_share
         self.beyond_less, self.beyond_few = p.beyond_less, p.beyond_few
@@ -95,8 +94,8 @@ class EvidenceScorer:
         partner, predicted = aligner.partner, aligner.predicted
         c, s, x, y = aligner.c, aligner.s, aligner.x, aligner.y
         scale = c * c + s * s
-        margin_a = self.margin if a.has_flow else self.hull_margin
-        margin_b = self.margin if b.has_flow else self.hull_margin
+        margin_a = self.margin if a.has_flow else 0.0
+        margin_b = self.margin if b.has_flow else 0.0
         for j in range(b.size):
             self.paired_b[j] = 0
         for i in range(a.size):
@@ -294,10 +293,3 @@ def saturated(amount, enough):
     share = amount / enough
     share = share * share
     return amount / sqrt(sqrt(1.0 + share * share))
-
-
-def as_similarity(total):
-    """Return ``log(1 + e^total)``: positive, and for more than a few the sum itself."""
-    if total > 0.0:
-        return total + log1p(exp(-total))
-    return log1p(exp(total))

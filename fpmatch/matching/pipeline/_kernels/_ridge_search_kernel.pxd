@@ -29,6 +29,5 @@ cdef class RidgeSearch:
     cdef int _fit_pair(self, TemplateView small, Py_ssize_t i, TemplateView large, Py_ssize_t j) noexcept nogil
     cdef double _flow_agreement(self, TemplateView large) noexcept nogil
     cdef int _offer(self, TemplateView small, int i, TemplateView large, int j) noexcept nogil
-    cdef int _enter(self, double value, int own, int other, int found) noexcept nogil
-    cdef int _move(self, Py_ssize_t start, Py_ssize_t to, Py_ssize_t count) noexcept nogil
+    cdef int _choose(self) noexcept nogil
     cdef bint _is_near(self, Py_ssize_t k) noexcept nogil

@@ -38,8 +38,7 @@ class RidgeSearch:
         self.best_flow = np.zeros(ROOM)
         self.best_own, self.best_other = np.zeros((2, ROOM), np.int32)
         self.first, self.second = np.zeros((2, FOUND), np.int32)
-        self.value = np.zeros(FOUND)
-        self.transform = np.zeros((FOUND, 4))
+        self.value, self.transform = np.zeros(ROOM), np.zeros((ROOM, 4))
         self.ridge_trials, self.ridge_starts = p.ridge_trials, p.ridge_starts
         self.ridge_candidates = p.ridge_candidates
         self.least_common, self.least_flow = p.least_common, p.least_flow
@@ -69,7 +68,6 @@ class RidgeSearch:
     @cython.locals(k=cython.Py_ssize_t, i=cython.int, j=cython.int)
     def _search(self, small, own, large, other, candidates, every, correlator):
         """Find pairs of a smaller and a larger print, of all or of lists of candidates."""
-        found: cython.int = 0
         self.count = 0
         self._take_samples(small)
         if every:
@@ -80,14 +78,13 @@ class RidgeSearch:
             for k in range(candidates):
                 self._offer(small, own[k], large, other[k])
         for k in range(self.count):
-            i, j = self.best_own[k], self.best_other[k]
-            self._fit_pair(small, i, large, j)
-            if correlator.compare(small, large, None, self.c, self.s, self.x, self.y) == 0:
-                continue
-            value = (correlator.correlation - self.usual_correlation) * sqrt(correlator.cells)
-            if value > self.min_value:
-                found = self._enter(value, i, j, found)
-        return found
+            self._fit_pair(small, self.best_own[k], large, self.best_other[k])
+            self.transform[k, 0], self.transform[k, 1] = self.c, self.s
+            self.transform[k, 2], self.transform[k, 3] = self.x, self.y
+            correlator.compare(small, large, None, self.c, self.s, self.x, self.y)
+            surplus = correlator.correlation - self.usual_correlation
+            self.value[k] = surplus * sqrt(correlator.cells)
+        return self._choose()
 
     def _take_samples(self, small):
         """Take cells of the smaller print, spread evenly over its rows; return their number."""
@@ -172,45 +169,26 @@ class RidgeSearch:
         self.best_own[k], self.best_other[k] = i, j
         return self.count
 
-    def _enter(self, value, own, other, found):
-        """Enter a pair into those found, unless a better one is near it; return their number."""
-        for k in range(found):
-            if self.value[k] >= value and self._is_near(k):
-                return found
-        # take out those near it, which are worse
-        k = 0
-        while k < found:
-            if self._is_near(k):
-                found -= 1
-                self._move(k + 1, k, found - k)
-            else:
-                k += 1
-        if found == self.most and value <= self.value[found - 1]:
-            return found
-        if found < self.most:
+    @cython.locals(k=cython.Py_ssize_t)
+    def _choose(self):
+        """Choose the pairs of the greatest values, none near a better one; return their number."""
+        found: cython.int = 0
+        while found < self.most:
+            best: cython.Py_ssize_t = 0
+            for k in range(1, self.count):
+                best = k if self.value[k] > self.value[best] else best
+            if self.count == 0 or self.value[best] <= self.min_value:
+                break
+            self.first[found], self.second[found] = self.best_own[best], self.best_other[best]
             found += 1
-        k = found - 1
-        while k > 0 and self.value[k - 1] < value:
-            self._move(k - 1, k, 1)
-            k -= 1
-        self.value[k] = value
-        self.first[k], self.second[k] = own, other
-        self.transform[k, 0], self.transform[k, 1] = self.c, self.s
-        self.transform[k, 2], self.transform[k, 3] = self.x, self.y
+            self.c, self.s = self.transform[best, 0], self.transform[best, 1]
+            self.x, self.y = self.transform[best, 2], self.transform[best, 3]
+            for k in range(self.count):
+                self.value[k] = self.min_value if self._is_near(k) else self.value[k]
         return found
 
-    def _move(self, start, to, count):
-        """Move so many of the pairs found, one after the other."""
-        for k in range(count):
-            self.value[to + k] = self.value[start + k]
-            self.first[to + k] = self.first[start + k]
-            self.second[to + k] = self.second[start + k]
-            for e in range(4):
-                self.transform[to + k, e] = self.transform[start + k, e]
-        return 0
-
     def _is_near(self, k):
-        """Return whether the current transform is about that of the pair found as number k."""
+        """Return whether the current transform is about that of pair k."""
         dc = self.c - self.transform[k, 0]
         ds = self.s - self.transform[k, 1]
         dx = dc * self.middle_x - ds * self.middle_y + self.x - self.transform[k, 2]

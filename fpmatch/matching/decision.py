@@ -15,7 +15,6 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-import cv2
 import numpy as np
 
 from fpmatch.base.plugins import call_matcher
@@ -25,7 +24,7 @@ from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.result import Matcher, Shortage
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
-from fpmatch.templates.plausibility import OFF_RIDGES
+from fpmatch.templates.plausibility import ENOUGH_MM2, OFF_RIDGES, lacks_ridges
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,13 +35,9 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Comparison, Side
     from fpmatch.templates.minutiae import Template
 
-MIN_SOLIDITY: Final = 0.55  # share of the ridges' convex hull; .67 is the least of 1,218 prints
-MAX_UNIFORMITY: Final = 0.97  # of ridges on more than ENOUGH_MM2; .94 is the most of those prints
 DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
 LEAST_MINUTIAE: Final = 3  # without an estimate: fewer make no triangle
-ENOUGH_MM2: Final = 77.0  # more skin adds nothing to the reachable score
 FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
-_CORNERS: Final = np.array([[0, 0], [1, 0], [0, 1], [1, 1]], np.int32)  # of a cell
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,34 +92,6 @@ def evidence_in(matcher: Matcher, template: Template, prepared: object) -> NDArr
         return np.zeros(5)
     amount: NDArray[np.float64] | None = call_matcher(matcher, "amount", prepared)
     return np.array([len(template.minutiae), 0.0, 0.0, 0.0, 0.0]) if amount is None else amount
-
-
-def lacks_ridges(template: Template) -> str:
-    """Return why a print does not show the ridges of a finger; "" where it does.
-
-    The ridges of a finger lie together, and bend where there are many; what is taken for ridges in
-    other pictures is scattered, or straight like the lines of a text.
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae, Template
-    >>> lacks_ridges(Template(Minutiae.empty(), width=300, height=300))
-    'has no ridges'
-    """
-    field = template.field
-    if field is None or not field.mask.any():
-        return "" if len(template.minutiae) else "has no ridges"
-    cells = field.mask.view(np.uint8)
-    corners = cv2.convexHull(cv2.findNonZero(cells)) + _CORNERS
-    hull = cv2.contourArea(cv2.convexHull(corners.reshape(-1, 2)))
-    number = cv2.countNonZero(cells)
-    if number / hull < MIN_SOLIDITY:
-        return "has no ridges of a finger: they are scattered"
-    twice = 2.0 * field.orientation[field.mask]
-    uniformity = math.hypot(np.cos(twice).mean(), np.sin(twice).mean())  # 1 if all are parallel
-    area_mm2 = number * (field.step * MM_PER_INCH / template.dpi) ** 2
-    straight = area_mm2 > ENOUGH_MM2 and uniformity > MAX_UNIFORMITY
-    return "has no ridges of a finger: they are straight" if straight else ""
 
 
 def reachable_scores(

@@ -13,7 +13,6 @@ from matching_prints import fragment
 from skimage import data
 
 from fpmatch import Minutiae, Template, extract, verify
-from fpmatch.matching.decision import lacks_ridges
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import get_matcher, matcher_names
 from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH
@@ -103,19 +102,6 @@ def test_an_assumed_resolution_that_decides_is_named(fingers, print_):
     assert "the resolution of the probe is unknown" in found.reason
     assert taken_as_500.decision == NO_MATCH
     assert verify(GreyImage(large, dpi=800), print_).decision == MATCH
-
-
-def test_scattered_and_straight_ridges_are_not_those_of_a_finger(print_):
-    field = print_.field
-    assert lacks_ridges(print_) == ""
-    assert lacks_ridges(replace(print_, field=None)) == ""
-    rows, columns = np.indices(field.mask.shape)
-    scattered = replace(field, mask=field.mask & ((rows // 3 + columns // 3) % 4 == 0))
-    assert "scattered" in lacks_ridges(replace(print_, field=scattered))
-    straight = replace(field, orientation=np.full_like(field.orientation, 0.1))
-    assert "straight" in lacks_ridges(replace(print_, field=straight))
-    small = fragment(replace(print_, field=straight), 3)
-    assert lacks_ridges(small) == ""  # so few may be
 
 
 def test_whole_prints_of_two_fingers_do_not_match(print_, impostor):

@@ -21,6 +21,7 @@ from fpmatch.templates.plausibility import (
     OFF_RIDGES,
     UNEVEN,
     find_doubts,
+    lacks_ridges,
     why_no_finger,
 )
 from research.templates.making import make_templates
@@ -38,6 +39,21 @@ def random_template(seed, size, field=None):
 def ridges(orientation=0.0, part=1.0):
     mask = np.broadcast_to(np.arange(25) < 25 * part, (25, 25))
     return RidgeField(16.0, np.full((25, 25), orientation), mask)
+
+
+def test_scattered_and_straight_ridges_are_not_those_of_a_finger():
+    print_ = extract(SAMPLES / "101_1.tif")
+    field = print_.field
+    assert lacks_ridges(print_) == ""
+    assert lacks_ridges(replace(print_, field=None)) == ""
+    rows, columns = np.indices(field.mask.shape)
+    scattered = replace(field, mask=field.mask & ((rows // 3 + columns // 3) % 4 == 0))
+    assert "scattered" in lacks_ridges(replace(print_, field=scattered))
+    straight = replace(field, orientation=np.full_like(field.orientation, 0.1))
+    assert "straight" in lacks_ridges(replace(print_, field=straight))
+    middle = (abs(rows - rows.mean()) < 4) & (abs(columns - columns.mean()) < 4)
+    small = replace(straight, mask=field.mask & middle)
+    assert lacks_ridges(replace(print_, field=small)) == ""  # so few may be
 
 
 @given(SEEDS, st.integers(80, 150))

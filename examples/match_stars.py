@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from fpmatch import match_points
-from fpmatch.lab.points.points_csv import load_points
+from fpmatch.lab.points.points_csv import load_table
 
 SAMPLES = Path(__file__).resolve().parent.parent / "sample_data"
 
 
 def main() -> None:
     """Match the stars with the catalogue, then with random points."""
-    stars, catalogue = load_points(SAMPLES / "stars.csv"), load_points(SAMPLES / "catalogue.csv")
+    files = SAMPLES / "stars.csv", SAMPLES / "catalogue.csv"
+    stars, catalogue = (load_table(file).points for file in files)
     print(f"{len(stars)} stars, {len(catalogue)} in the catalogue")
 
     match = match_points(stars, catalogue)

@@ -14,9 +14,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.lab.points.match import decided, match_points
+from fpmatch.lab.points.match import match_points
 from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen
-from fpmatch.pointset.paper.matcher import UnitCircleParameters, match_by_unit_circle
+from fpmatch.pointset.paper.matcher import UnitCircleParameters, decided, match_by_unit_circle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -12,7 +12,7 @@ from PIL import Image
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.points.match import match_points
-from fpmatch.lab.points.points_csv import load_points
+from fpmatch.lab.points.points_csv import load_table
 from fpmatch.lab.synthesis.database import Plan
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
@@ -110,7 +110,7 @@ def test_the_points_are_made_as_they_are_here_and_their_match_is_the_truth(tmp_p
     assert run_research("sample-data", tmp_path, "--only", "points").exit_code == 0
     for name in ("stars.csv", "catalogue.csv", "points_truth.json"):
         assert (tmp_path / name).read_text() == (FOLDER / name).read_text()
-    p, q = (load_points(FOLDER / name) for name in ("stars.csv", "catalogue.csv"))
+    p, q = (load_table(FOLDER / name).points for name in ("stars.csv", "catalogue.csv"))
     truth = json.loads((FOLDER / "points_truth.json").read_text())
     match = match_points(p, q)
     assert match.pairs.tolist() == truth["pairs"]

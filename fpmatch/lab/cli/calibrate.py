@@ -15,11 +15,7 @@ from fpmatch.cli.options import (
     reading_options,
 )
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.gallery.cli.options import (
-    pattern_option,
-    places_argument,
-    workers_option,
-)
+from fpmatch.gallery.cli.options import pattern_option, places_argument, workers_option
 from fpmatch.lab.cli.evaluate import STAGES
 from fpmatch.matching.registry import get_matcher
 from fpmatch.printable import json_text, printable

@@ -11,11 +11,7 @@ from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels
 from fpmatch.cli.options import enhance_option, file_option, reading_options
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.notes import notes_as_json
-from fpmatch.gallery.cli.options import (
-    pattern_option,
-    places_argument,
-    workers_option,
-)
+from fpmatch.gallery.cli.options import pattern_option, places_argument, workers_option
 from fpmatch.lab.cli.rates import RATES, check_outputs, rate_options, show_rates
 from fpmatch.matching.registry import DEFAULT_MATCHER
 

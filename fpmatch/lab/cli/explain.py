@@ -115,7 +115,6 @@ def _of_prints(name: str, values: dict[str, Any]) -> Explained:
 def _of_points(chosen: str, sides: tuple[Path, Path], points: list[Floats]) -> Explained:
     """Explain two point sets by the paper's method."""
     from fpmatch.lab.explain.paper import PaperMethod, explain_points
-    from fpmatch.lab.plots.style import match_facts
     from fpmatch.lab.points.match import match_points
     from fpmatch.pointset.paper.matcher import UnitCircleParameters
     from fpmatch.prints.report import verdict
@@ -131,7 +130,7 @@ def _of_points(chosen: str, sides: tuple[Path, Path], points: list[Floats]) -> E
     method = PaperMethod.of_sets(sets, parameters, matcher.parameters.rho)
     try:
         default = match_points(*points)
-        by_default = "; ".join(map(": ".join, match_facts(default))) or default.reason
+        by_default = "; ".join(map(": ".join, default.facts())) or default.reason
     except PointSetError as error:
         by_default = str(error)
     steps = explain_points(method)
@@ -141,11 +140,11 @@ def _of_points(chosen: str, sides: tuple[Path, Path], points: list[Floats]) -> E
 def _points_of(path: Path, values: dict[str, Any]) -> Floats | None:
     """Return the points of a table, None of a file that begins as an image or a template."""
     from fpmatch.base.parsing import read_head
-    from fpmatch.lab.points.points_csv import load_points
+    from fpmatch.lab.points.points_csv import load_table
     from fpmatch.prints.reading import content_of
 
     head = read_head(path)
-    return None if values["raw"] or not head or content_of(head) else load_points(path)
+    return None if values["raw"] or not head or content_of(head) else load_table(path).points
 
 
 def write_page(folder: Path, title: str, explained: Explained) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -14,8 +12,9 @@ from fpmatch.base.parameters import Parameter, read_parameters
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import show
 from fpmatch.cli.options import FILE, file_option, json_option
-from fpmatch.errors import PointSetError, unknown_name
-from fpmatch.lab.plots.style import check_plot, match_facts
+from fpmatch.errors import PointSetError
+from fpmatch.gallery.batch.score_file import csv_lines
+from fpmatch.lab.plots.style import check_plot
 from fpmatch.lab.points.match import POINT_MATCHERS, match_points
 from fpmatch.lab.points.points_csv import load_table
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO
@@ -43,8 +42,8 @@ points, their distance, and the values in the first other column of each table, 
 \b
 JSON:
   match          whether a transform was found
-  transform      scale, rotation_deg, tx, ty, and the 2 x 3 matrix of them; or null. With
-                 --reflect also mirrored: whether y was turned to -y before all else
+  transform      scale, rotation_deg, tx, ty, mirrored (whether y was turned to -y before all
+                 else), and the 2 x 3 matrix of them; or null
   pairs          [row of P, row of Q] each, counted from 0 without the header; of rows with the
                  same point, the matcher triangles pairs the first
   matched_share  pairs over points of the smaller set
@@ -56,8 +55,7 @@ JSON:
   equal_maps     how many maps were found that fit equally well, where there are several, as of a
                  regular grid; there is no match then; else 1
   points         how many points P and Q have
-  matcher, tolerance, rho, p, q: as given; null where not
-  reflect: where it is given
+  matcher, tolerance, rho, reflect, p, q: as given; null where not
 
 \b
 Matchers:
@@ -135,14 +133,14 @@ def points(
         name = dict(zip("pq", names, strict=True)).get(letter, letter)
         raise PointSetError(f"{name}{colon}{why}") from error
     if as_json:
-        document = _document(match, reflect=reflect)
+        document = _document(match)
         document["points"] = dict(zip("pq", (len(table.points) for table in tables), strict=True))
-        document |= given | ({"reflect": True} if reflect else {}) | {"p": str(p), "q": str(q)}
+        document |= given | {"reflect": reflect, "p": str(p), "q": str(q)}
         members = (f'  "{key}": {json_text(v, indent=None)}' for key, v in document.items())
         show("{\n" + ",\n".join(members) + "\n}")
     else:
         counts = (f"{len(t.points):,} in {name}" for name, t in zip(names, tables, strict=True))
-        rows = [("Points", " and ".join(counts)), *match_facts(match)]
+        rows = [("Points", " and ".join(counts)), *match.facts()]
         rows += [("Reason", match.reason)] if match.reason else []
         lines = (f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)
         show("\n".join([verdict(match.transform is not None), *lines]))
@@ -157,8 +155,6 @@ def points(
 def _chosen(text: str, tolerance: float | None) -> dict[str, Any]:
     """Return the matcher that a text states and its parameters, None where not given."""
     name, _, stated = text.partition(":")
-    if name not in POINT_MATCHERS:
-        raise PointSetError(unknown_name("matcher", name, POINT_MATCHERS))
     owner = f"matcher {name}"
     given = read_parameters(stated, owner) if stated else {}
     for unknown in given.keys() - {"rho"}:
@@ -167,14 +163,11 @@ def _chosen(text: str, tolerance: float | None) -> dict[str, Any]:
     return {"matcher": name, "tolerance": tolerance, "rho": rho}
 
 
-def _document(match: PointMatch, *, reflect: bool) -> dict[str, Any]:
-    """Return a match as members of a JSON object; what does not exist is null.
-
-    Whether the map is mirrored is left out unless `reflect` is set.
-    """
+def _document(match: PointMatch) -> dict[str, Any]:
+    """Return a match as members of a JSON object; what does not exist is null."""
     t, transform = match.transform, None
     if t is not None:
-        names = ("scale", "rotation_deg", "tx", "ty", "mirrored")[: None if reflect else 4]
+        names = "scale", "rotation_deg", "tx", "ty", "mirrored"
         transform = {**{name: getattr(t, name) for name in names}, "matrix": t.matrix.tolist()}
     return {
         "match": t is not None,
@@ -199,8 +192,4 @@ def _write_pairs(path: Path, p: PointTable, q: PointTable, match: PointMatch) ->
             distance = float(np.hypot(*(moved[i] - q.points[j])))
             names = (of.names[k] if of.names else "" for of, k in ((p, i), (q, j)))
             rows.append((i, j, *ours, *theirs, distance, *names))
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_PAIR_COLUMNS)
-    writer.writerows(rows)
-    atomic_write_bytes(path, text.getvalue().encode(), public=True)
+    atomic_write_bytes(path, csv_lines([_PAIR_COLUMNS, *rows]), public=True)

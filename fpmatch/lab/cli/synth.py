@@ -93,5 +93,5 @@ def synth(out: Path, preset: str, sensors: tuple[str, ...], as_json: bool, **pla
     pictures = made.made * made.impressions
     done = f"{count(pictures, 'picture')} in {seconds:.1f} s, {pictures / seconds:.1f} a second"
     there = f"{count(made.fingers, 'finger')} x {count(made.impressions, 'impression')}"
-    there += f" in {printable(made.folder)}, {made.bytes / 1e6:.1f} MB"
+    there += f" in {printable(made.folder)}"
     show(json_text(document) if as_json else f"{there}: {done if pictures else 'nothing to do'}")

@@ -227,10 +227,8 @@ def report_calibration(calibration: Calibration, sets: Sequence[Trials]) -> dict
     """
     largest, provenance = calibration.largest_measured_score, calibration.provenance
     return {
-        "matcher": provenance["matcher"],
+        **{name: provenance[name] for name in ("matcher", "fingers", "impostors")},
         "databases": len(sets),
-        "fingers": provenance["fingers"],
-        "impostors": provenance["impostors"],
         "largest_measured_score": largest,
         "smallest_measured_fmr": score_to_fmr(largest),
         "smallest_measured_fmr_interval": (

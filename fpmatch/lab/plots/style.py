@@ -100,27 +100,6 @@ def short_name(name: str) -> str:
     return clean if len(clean) <= _NAME_LETTERS else "…" + clean[1 - _NAME_LETTERS :]
 
 
-def match_facts(match: PointMatch) -> list[tuple[str, str]]:
-    """Return a match, if it is one, as (label, value): pairs, transform, residual, chance."""
-    t = match.transform
-    if t is None:
-        return []
-    turn = round(t.rotation_deg, 3)  # the sense holds wherever y points
-    sense = "" if turn == 0 else " from x to y" if turn > 0 else " from y to x"
-    x, y = (round(value, 12) + 0.0 for value in (t.tx, t.ty))  # errors of rounding are 0
-    mirror = "mirrored (y to -y), " if t.mirrored else ""
-    movement = f"rotation {abs(turn):.3f}°{sense}, shift {x:+.6g}, {y:+.6g}"
-    facts = [
-        ("Pairs", f"{len(match.pairs):,}, {match.matched_share:.1%} of the smaller set"),
-        ("Transform", f"{mirror}scale {t.scale:.6g}, {movement}"),
-        ("Residual", f"{match.rms:.4g} rms"),
-    ]
-    if match.chance is not None:
-        count = f"{match.chance:.2g}" if match.chance > 0 else "less than 1e-300"
-        facts.append(("Chance", f"{count} matches as good expected between independent sets"))
-    return facts
-
-
 def save_point_plot(
     path: str | os.PathLike[str],
     p: Floats,
@@ -155,7 +134,7 @@ def _draw(p: Floats, q: Floats, match: PointMatch, names: list[str]) -> Figure:
     i, j = match.pairs.T
     moved, axes = t.apply(p), figure.subplots()
     facts = [f"P ({names[0]}), {'mirrored and ' * t.mirrored}moved, on Q ({names[1]})"]
-    facts += [f"{label}: {value}" for label, value in match_facts(match)]
+    facts += [f"{label}: {value}" for label, value in match.facts()]
     kinds = [
         (q[j], _Q_PAIRED, "Q, paired"),
         (np.delete(q, j, axis=0), _Q_ALONE, "Q, unpaired"),

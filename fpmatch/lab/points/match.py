@@ -18,6 +18,7 @@ from fpmatch.pointset.geometry.points import as_points
 from fpmatch.pointset.paper.matcher import (
     DEFAULT_RHO,
     UnitCircleParameters,
+    decided,
     match_by_unit_circle,
 )
 
@@ -125,19 +126,3 @@ def match_points(
         key=lambda one: (one.transform is None, one.chance or 0.0, -len(one.pairs), one.rms),
     )
     return best if best.chance is None else replace(best, chance=_TRIALS * best.chance)
-
-
-def decided(match: PointMatch, rho: float) -> PointMatch:
-    """Return a match of more than a share ρ of the smaller set, else no match and the reason."""
-    if match.matched_share > rho or match.reason:
-        return match
-    if match.transform is not None:
-        reason = (
-            f"the best transform pairs {match.matched_share:.1%} of the smaller set; a match needs "
-            f"more than {rho:.4g}"
-        )
-    elif match.local_matches:
-        reason = "no transform maps points of one set onto points of the other"
-    else:
-        reason = "no one-ring of one set is similar to one of the other"
-    return PointMatch.none(match.local_matches, reason)

@@ -37,11 +37,6 @@ class PointTable(NamedTuple):
     names: list[str]
 
 
-def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
-    """Load the points (N, 2) of a table or `.npy` file; raises PointSetError."""
-    return load_table(path).points
-
-
 def load_table(path: str | os.PathLike[str]) -> PointTable:
     """Load points and their names, of a table or `.npy` file; raises PointSetError."""
     try:

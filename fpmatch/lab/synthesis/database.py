@@ -13,7 +13,6 @@ import json
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -90,13 +89,12 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class DatabaseMade:
-    """The result of `make_database`, and its size."""
+    """The result of `make_database`."""
 
     folder: Path
     fingers: int  # requested ones, all complete
     impressions: int  # of each
     made: int  # fingers that this call made
-    bytes: int  # of all their files
 
 
 def make_database(
@@ -158,8 +156,8 @@ def make_database(
                 atomic_write_bytes(description, content, public=True)
             truths.mkdir(exist_ok=True)
             remove_unfinished(truths)
-            files = {n: _files(folder, n, plan) for n in numbers}
-            missing = [n for n in numbers if not all(path.is_file() for path in files[n])]
+            files = ((n, _files(folder, n, plan)) for n in numbers)
+            missing = [n for n, paths in files if not all(path.is_file() for path in paths)]
             progress(STAGE, fingers - len(missing), fingers)
             engine = make_engine(workers if len(missing) > 1 else 1)
             with closing(engine.map(partial(_make_finger, folder), plan, missing)) as made:
@@ -169,9 +167,7 @@ def make_database(
         raise DatasetError(f"{folder}: another process is making it") from error
     except OSError as error:
         raise OutputError(f"{folder}: cannot be used: {reason(error)}") from error
-    written = description, *chain.from_iterable(files.values())
-    size = sum(path.stat().st_size for path in written)
-    return DatabaseMade(folder, fingers, impressions, len(missing), size)
+    return DatabaseMade(folder, fingers, impressions, len(missing))
 
 
 def _files(folder: Path, number: int, plan: Plan) -> list[Path]:

@@ -64,6 +64,26 @@ class PointMatch:
         empty = np.empty((0, 2), np.int32)
         return cls(None, empty, 0.0, 0.0, local_matches, reason=reason)
 
+    def facts(self) -> list[tuple[str, str]]:
+        """Return the match as (label, value): pairs, transform, residual, chance; [] without."""
+        t = self.transform
+        if t is None:
+            return []
+        turn = round(t.rotation_deg, 3)  # the sense holds wherever y points
+        sense = "" if turn == 0 else " from x to y" if turn > 0 else " from y to x"
+        x, y = (round(value, 12) + 0.0 for value in (t.tx, t.ty))  # errors of rounding are 0
+        mirror = "mirrored (y to -y), " if t.mirrored else ""
+        movement = f"rotation {abs(turn):.3f}°{sense}, shift {x:+.6g}, {y:+.6g}"
+        facts = [
+            ("Pairs", f"{len(self.pairs):,}, {self.matched_share:.1%} of the smaller set"),
+            ("Transform", f"{mirror}scale {t.scale:.6g}, {movement}"),
+            ("Residual", f"{self.rms:.4g} rms"),
+        ]
+        if self.chance is not None:
+            count = f"{self.chance:.2g}" if self.chance > 0 else "less than 1e-300"
+            facts.append(("Chance", f"{count} matches as good expected between independent sets"))
+        return facts
+
     def inverse(self) -> PointMatch:
         """Return the match of Q with P."""
         if self.transform is None:

@@ -146,6 +146,22 @@ def match_prepared(
     )
 
 
+def decided(match: PointMatch, rho: float) -> PointMatch:
+    """Return a match of more than a share ρ of the smaller set, else no match and the reason."""
+    if match.matched_share > rho or match.reason:
+        return match
+    if match.transform is not None:
+        reason = (
+            f"the best transform pairs {match.matched_share:.1%} of the smaller set; a match needs "
+            f"more than {rho:.4g}"
+        )
+    elif match.local_matches:
+        reason = "no transform maps points of one set onto points of the other"
+    else:
+        reason = "no one-ring of one set is similar to one of the other"
+    return PointMatch.none(match.local_matches, reason)
+
+
 def similar_rings(p: OneRings, q: OneRings, area_tolerance: float) -> Ints:
     """Return the pairs (K, 2) of rings of equal degree with areas within a tolerance."""
     degrees_apart = 8.0  # more than any two areas on the unit circle differ

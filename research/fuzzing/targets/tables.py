@@ -13,7 +13,7 @@ from fpmatch.gallery.listing.manifest import kind_of, read_manifest
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
 from fpmatch.lab.evaluation.run import evaluate_scores
-from fpmatch.lab.points.points_csv import load_points
+from fpmatch.lab.points.points_csv import load_table
 from fpmatch.lab.synthesis.database import Plan
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
@@ -79,7 +79,7 @@ def _of_file(name: str, read: Callable[[Path], Any], corpus: list[bytes]) -> Rea
 def _points() -> Reader:
     path = scratch() / "points.npy"
     np.save(path, np.arange(12, dtype=np.float64).reshape(6, 2))
-    return _of_file("points.csv", load_points, [*_POINTS, path.read_bytes()])
+    return _of_file("points.csv", load_table, [*_POINTS, path.read_bytes()])
 
 
 def _manifest() -> Reader:

@@ -12,7 +12,7 @@ from pointset_strategies import any_finite_points
 
 from fpmatch.errors import FpmatchError, PointSetError
 from fpmatch.lab.points import points_csv
-from fpmatch.lab.points.points_csv import decode_table, load_points
+from fpmatch.lab.points.points_csv import decode_table, load_table
 
 TWO = [[1.5, 2.0], [-3.0, 400.0]]
 
@@ -74,7 +74,7 @@ def test_quoted_cells_are_read():
 def test_what_is_wrong_and_where(tmp_path, data, reason):
     (tmp_path / "points").write_bytes(data)
     with pytest.raises(PointSetError) as caught:
-        load_points(tmp_path / "points")
+        load_table(tmp_path / "points")
     assert str(caught.value).startswith(f"{tmp_path / 'points'}: {reason}")
 
 
@@ -97,7 +97,7 @@ def test_pipes_are_read_and_what_is_no_file_is_refused_by_name(tmp_path, monkeyp
     read_end, write_end = os.pipe()
     os.write(write_end, b"1.5,2\n-3,4e2\n")
     os.close(write_end)
-    assert load_points(f"/dev/fd/{read_end}").tolist() == TWO
+    assert load_table(f"/dev/fd/{read_end}").points.tolist() == TWO
     os.close(read_end)
     (tmp_path / "two.csv").write_text("1,2\n3,4\n")
     for name, reason in {
@@ -106,8 +106,8 @@ def test_pipes_are_read_and_what_is_no_file_is_refused_by_name(tmp_path, monkeyp
         "two.csv/x": "cannot be read: not a directory",
     }.items():
         with pytest.raises(PointSetError) as caught:
-            load_points(tmp_path / name)
+            load_table(tmp_path / name)
         assert str(caught.value) == f"{tmp_path / name}: {reason}"
     monkeypatch.setattr(points_csv, "MAX_BYTES", 7)
     with pytest.raises(PointSetError, match="more than"):
-        load_points(tmp_path / "two.csv")
+        load_table(tmp_path / "two.csv")

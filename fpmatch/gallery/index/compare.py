@@ -37,7 +37,7 @@ class PreparedPrints:
 
     def __init__(self, prints: Iterable[PreparedTemplate]) -> None:
         self.prints = list(prints)
-        self.views = [_view_of(print_) for print_ in self.prints] if COMPILED else []
+        self.views = [TemplateView(print_) for print_ in self.prints] if COMPILED else []
 
     def __len__(self) -> int:
         return len(self.prints)
@@ -48,11 +48,6 @@ class PreparedPrints:
         taken.prints = [self.prints[k] for k in places]
         taken.views = [self.views[k] for k in places] if self.views else []
         return taken
-
-
-def _view_of(print_: PreparedTemplate) -> TemplateView:
-    p, n = print_, print_.neighbourhoods
-    return TemplateView(p.points, p.quality, n.count, n.frame, p.bit_descriptors, p.region)
 
 
 def similarities(

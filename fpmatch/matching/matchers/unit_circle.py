@@ -261,8 +261,7 @@ def index_neighbours(pipeline: Any, probe: PreparedTemplate) -> None:
 @lru_cache(maxsize=PREPARED_KEPT)
 def view_of(prepared: PreparedTemplate) -> TemplateView:
     """Return a print as the kernels take it."""
-    p, n = prepared, prepared.neighbourhoods
-    return TemplateView(p.points, p.quality, n.count, n.frame, p.bit_descriptors, p.region)
+    return TemplateView(prepared)
 
 
 @lru_cache(maxsize=PREPARED_KEPT)

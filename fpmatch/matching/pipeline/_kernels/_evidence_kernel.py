@@ -45,9 +45,6 @@ class EvidenceScorer:
         self.limits = np.stack([model.limits for model in weights.models])
         self.quantiles = np.stack([model.quantiles for model in weights.models])
         self.term = np.zeros(TERMS)
-        self.model = 0
-        self.total = self.relaxation = self.refine = self.confident = 0.0
-        self.is_small = False
         self.paired_b = np.empty(capacity, np.int32)
         self.correlator = RidgeCorrelator(capacity)
         self.margin, self.doubt_pairs, self.doubt_cells = p.margin_px, p.doubt_pairs, p.doubt_cells
@@ -254,7 +251,6 @@ class EvidenceScorer:
 @cython.locals(columns=cython.double, rows=cython.double)
 def common_cells(a, b, c, s, x, y):
     """Return how many cells of A fall into the region of B."""
-    place = a.cell_at
     # of cells of B: a step of A to the right, and the middle of the first cell of a row
     right = c * a.step * b.per_px
     down = s * a.step * b.per_px
@@ -266,14 +262,13 @@ def common_cells(a, b, c, s, x, y):
         first_y = right * (a.first_row + row + 0.5) - b.first_row
         first_y -= y * b.per_px + down * (a.first_column + 0.5)
         for column in range(a.columns):
-            if a.cell[place] != 0:
+            if a.cell[row, column] != 0:
                 bx = first_x + column * right
                 by = first_y - column * down
                 if 0.0 <= bx < columns and 0.0 <= by < rows:
                     at_row: cython.Py_ssize_t = int(by)
                     at_column: cython.Py_ssize_t = int(bx)
-                    cells += b.cell[b.cell_at + at_row * b.columns + at_column] != 0
-            place += 1
+                    cells += b.cell[at_row, at_column] != 0
     return cells
 
 

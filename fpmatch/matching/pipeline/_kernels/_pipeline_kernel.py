@@ -61,8 +61,8 @@ class Pipeline:
         self.scorer.choose_model(self.probe, reference)
         smaller: cython.Py_ssize_t = min(self.probe.size, reference.size)
         shortfall = self.scorer.threshold(smaller) - self.prefilter.score(
-            reference.first,
-            reference.first + reference.size,
+            0,
+            reference.size,
             reference.xy,
             reference.direction_bin,
             reference.neighbour_bits,

@@ -35,8 +35,6 @@ class RidgeCorrelator:
     """
 
     def __init__(self, capacity) -> None:
-        self.correlation = 0.0
-        self.cells = 0
         bits, k = np.arange(32, dtype=np.uint64)[:, np.newaxis], np.arange(8, dtype=np.uint64)
         # five bits, one a count
         self.spread = ((bits >> k[:SHIFTS] & 1) << LANE * k[:SHIFTS]).sum(axis=1)
@@ -46,10 +44,7 @@ class RidgeCorrelator:
         self.agreeing, self.wide = np.zeros((2, MOST_CELLS, SHIFTS), np.uint64)
         self.both = np.zeros(MOST_CELLS, np.uint8)
         self.drift = np.zeros((MOST_CELLS, 2))
-        self.blocks, self.samples = 0, FEW
         self.vertex = np.zeros((capacity + FRAME, 2))
-        self.c = 1.0
-        self.s = self.x = self.y = 0.0
 
     def compare(self, a, b, mesh, c, s, x, y):
         """Align A with B, warped by the mesh of pairs, if any; return the number of cells compared.
@@ -82,11 +77,9 @@ class RidgeCorrelator:
         self.samples = MANY if smaller_area(a, b) <= SMALL_AREA_PX2 else FEW
         for k in range(size):
             self.ridge_image[k] = 0
-        k = b.cell_at
         for row in range(b.rows):
             for column in range(b.columns):
-                self.ridge_image[2 * (row + 2) * wide + 2 * (column + 2)] = b.ridges[k]
-                k += 1
+                self.ridge_image[2 * (row + 2) * wide + 2 * (column + 2)] = b.ridges[row, column]
         for row in range(0, 2 * (b.rows + 3), 2):
             for column in range(1, 2 * (b.columns + 3), 2):
                 k = row * wide + column
@@ -120,15 +113,15 @@ class RidgeCorrelator:
                 self.agreeing[k, r] = 0
         for row in range(a.rows):
             for column in range(a.columns):
-                cell = a.cell_at + row * a.columns + column
-                if a.cell[cell]:
+                if a.cell[row, column]:
                     px = (a.first_column + column) * a.step + half
                     py = -((a.first_row + row) * a.step + half)
                     k = (row // 2) * self.blocks + column // 2
                     x = self.c * px - self.s * py + self.x + self.drift[k, 0]
                     y = self.s * px + self.c * py + self.y + self.drift[k, 1]
                     if b.contains(x, y):
-                        self._count(b, (row + 1) * wide + column + 1, a.ridges[cell], x, y)
+                        own = (row + 1) * wide + column + 1
+                        self._count(b, own, a.ridges[row, column], x, y)
         for k in range(1, (a.rows + 2) * wide - 1):
             for r in range(SHIFTS):
                 self.wide[k, r] = self.agreeing[k - 1, r] + self.agreeing[k, r]
@@ -155,8 +148,6 @@ class RidgeCorrelator:
         # the middle of the first block
         left = (a.first_column + 1.0) * a.step
         top = -(a.first_row + 1.0) * a.step
-        if mesh.vertices > self.vertex.shape[0]:  # more pairs than `capacity`
-            return 0
         for k in range(mesh.vertices):
             i: cython.Py_ssize_t = mesh.owner[k]
             self.vertex[k, 0], self.vertex[k, 1] = mesh.bx[k], mesh.by[k]

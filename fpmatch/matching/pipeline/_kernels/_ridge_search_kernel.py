@@ -89,14 +89,12 @@ class RidgeSearch:
     def _take_samples(self, small):
         """Take cells of the smaller print, spread evenly over its rows; return their number."""
         passed = 0
-        place = small.cell_at
         cells: cython.Py_ssize_t = small.inside
         self.samples = 0
         self.middle_x = self.middle_y = 0.0
         for row in range(small.rows):
             for column in range(small.columns):
-                code: cython.int = small.cell[place]
-                place += 1
+                code: cython.int = small.cell[row, column]
                 if code == 0:
                     continue
                 # of every stretch of cells / SAMPLES cells the first

@@ -1,5 +1,10 @@
 # Types of the kernel. Arrays may be mapped from a file that cannot be written.
 
+# of `matching.constants`
+cdef int NEIGHBOUR_WORDS, ORIENTATION_WORDS, CELLS_ALONG, SECTORS, NOT_FIRST, NOT_SECOND, NOWHERE
+cdef int STEPS, ORIENTATION_BINS, ORIENTATIONS
+cdef double APART
+
 
 cpdef int encode_neighbours(
     const int[::1] count, const float[:, :, ::1] frame, const float[:, ::1] angle,

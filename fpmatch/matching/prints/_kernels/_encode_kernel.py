@@ -10,20 +10,9 @@ import cython
 import numpy as np
 from cython.cimports.fpmatch.matching.prints._kernels._bits import second
 
-from fpmatch.matching import constants
+from fpmatch.matching.constants import *
 
-NEIGHBOUR_WORDS = cython.declare(cython.int, constants.NEIGHBOUR_WORDS)
-ORIENTATION_WORDS = cython.declare(cython.int, constants.ORIENTATION_WORDS)
-SIDE = cython.declare(cython.int, constants.CELLS_ALONG)
-SECTORS = cython.declare(cython.int, constants.SECTORS)
 FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
-APART = cython.declare(cython.double, constants.APART)
-NOT_FIRST = cython.declare(cython.int, constants.NOT_FIRST)
-NOT_SECOND = cython.declare(cython.int, constants.NOT_SECOND)
-NOWHERE = cython.declare(cython.int, constants.NOWHERE)
-STEPS = cython.declare(cython.int, constants.STEPS)
-BINS = cython.declare(cython.int, constants.ORIENTATION_BINS)
-ORIENTATIONS = cython.declare(cython.int, constants.ORIENTATIONS)
 
 
 @cython.locals(k=cython.Py_ssize_t)
@@ -46,9 +35,9 @@ def encode_neighbours(count, frame, angle, coded, per_px, word):
                 if not coded[i] or k >= count[i]:
                     continue
                 cells[k] = others[k] = -1
-                u = float(frame[i, 0, k]) * per_px + SIDE // 2
-                v = float(frame[i, 1, k]) * per_px + SIDE // 2
-                if not (0.0 <= u < SIDE and 0.0 <= v < SIDE):
+                u = float(frame[i, 0, k]) * per_px + CELLS_ALONG // 2
+                v = float(frame[i, 1, k]) * per_px + CELLS_ALONG // 2
+                if not (0.0 <= u < CELLS_ALONG and 0.0 <= v < CELLS_ALONG):
                     continue
                 t = float(angle[i, k]) / FULL_TURN + APART
                 t = (t + 1.0 if t < 0.0 else t) * SECTORS
@@ -58,12 +47,12 @@ def encode_neighbours(count, frame, angle, coded, per_px, word):
                 sector = sector if sector < SECTORS else SECTORS - 1
                 on_column: cython.int = u - column >= 0.5
                 on_row: cython.int = v - row >= 0.5
-                cells[k] = (row * SIDE + column) * SECTORS + sector
+                cells[k] = (row * CELLS_ALONG + column) * SECTORS + sector
                 step: cython.int = 4 * on_row + 2 * on_column + (t - sector >= 0.5)
                 code: cython.int = cells[k] | step << STEPS
                 for m in range(k):
                     code |= NOT_FIRST * (cells[m] == cells[k])
-                if row + on_row == SIDE or column + on_column == SIDE:
+                if row + on_row == CELLS_ALONG or column + on_column == CELLS_ALONG:
                     code |= NOT_SECOND
                 else:
                     others[k] = second(code)
@@ -93,10 +82,10 @@ def encode_orientations(points, direction_bin, cell, first_row, first_column, st
                 code: cython.int = cell[row, column]
                 if code > 0:
                     # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
-                    relative = (code - 1.0) * BINS / ORIENTATIONS
-                    relative -= direction_bin[i] * (2.0 * BINS / 256.0)
+                    relative = (code - 1.0) * ORIENTATION_BINS / ORIENTATIONS
+                    relative -= direction_bin[i] * (2.0 * ORIENTATION_BINS / 256.0)
                     while relative < 0.0:
-                        relative += BINS
+                        relative += ORIENTATION_BINS
                     code = int(relative)
-                    word[i, k] = code if code < BINS else BINS - 1
+                    word[i, k] = code if code < ORIENTATION_BINS else ORIENTATION_BINS - 1
     return 0

@@ -50,14 +50,11 @@ class Prefilter:
     def __init__(self, parameters) -> None:
         self.neighbour_table = np.zeros(LAST + 1, np.uint64)
         self.orientation_table = np.zeros((WORDS, UNKNOWN + 1), np.uint64)
-        self.coded = 0
-        self.has_flow = False
         self.own_turn = np.zeros(ROOM, np.int32)
         self.own_xy = np.zeros((ROOM, 2))
         self.cell = np.zeros((2, ROOM, WORDS), np.uint16)
         p, most = parameters, parameters.most_pairs
-        self.count = self.least = 0
-        self.most = self.equal = most
+        self.most = most
         self.near2, self.spread2 = p.near_px * p.near_px, p.near_per_px * p.near_per_px
         self.most_turn = round(p.pair_turn_deg * constants.TURNS / 360)
         angle = np.arange(256) * (2 * np.pi / 256)

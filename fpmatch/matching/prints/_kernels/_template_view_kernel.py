@@ -1,8 +1,7 @@
 # mypy: ignore-errors
 """Kernel: a prepared print as the other kernels see it.
 
-Minutiae, neighbourhoods and regions are as
-`fpmatch.matching.prints.prepared` has them.
+Minutiae, neighbourhoods and areas are as `fpmatch.matching.prints.prepared` has them.
 """
 
 import cython
@@ -24,29 +23,21 @@ FLOW_OF_CODE = np.stack([np.cos(_TURN), np.sin(_TURN)])  # of twice the orientat
 class TemplateView:
     """A prepared print: its minutiae, neighbourhoods, bit descriptors, and the cells of its area.
 
-    The arrays may be larger than what they hold: `size` is the number of minutiae. The area's
-    codes, and its ridge images if it has any, begin at entry `cell_at`, row by row.
+    `size` is the number of minutiae.
     """
 
-    def __init__(self, points, quality, count, frame, bits=None, region=None) -> None:
-        self.size = points.shape[1]
-        self.points, self.quality, self.count, self.frame = points, quality, count, frame
-        self.first = self.cell_at = self.rows = self.columns = 0
-        self.first_row = self.first_column = self.inside = 0
-        self.step = self.per_px = 1.0
-        self.has_flow = self.has_ridges = False
-        if bits is not None:
-            self.xy, self.direction_bin = bits.xy, bits.direction_bin
-            self.neighbour_bits, self.orientation_bins = bits.neighbour_bits, bits.orientation_bins
-        if region is not None:
-            self.rows, self.columns = region.code.shape
-            self.cell = region.code.ravel()
-            self.has_ridges = region.ridges is not None
-            if self.has_ridges:
-                self.ridges = region.ridges.ravel()
-            self.first_row, self.first_column = region.first_row, region.first_column
-            self.step, self.per_px, self.inside = region.step, 1.0 / region.step, region.inside
-            self.has_flow = region.has_flow
+    def __init__(self, prepared) -> None:
+        bits, region = prepared.bit_descriptors, prepared.region
+        self.size, self.points, self.quality = len(prepared), prepared.points, prepared.quality
+        self.count, self.frame = prepared.neighbourhoods.count, prepared.neighbourhoods.frame
+        self.xy, self.direction_bin = bits.xy, bits.direction_bin
+        self.neighbour_bits, self.orientation_bins = bits.neighbour_bits, bits.orientation_bins
+        self.cell, (self.rows, self.columns) = region.code, region.code.shape
+        self.first_row, self.first_column = region.first_row, region.first_column
+        self.step, self.per_px, self.inside = region.step, 1.0 / region.step, region.inside
+        self.has_flow, self.has_ridges = region.has_flow, region.ridges is not None
+        if self.has_ridges:
+            self.ridges = region.ridges
 
     def lies_off_ridges(self, flow):
         """Return whether few minutiae lie on the ridges, or most across; `flow`: `FLOW_OF_CODE`."""
@@ -74,7 +65,7 @@ class TemplateView:
             return 0
         row: cython.Py_ssize_t = int(y)
         column: cython.Py_ssize_t = int(x)
-        return self.cell[self.cell_at + row * self.columns + column]
+        return self.cell[row, column]
 
     def contains_with_margin(self, x, y, margin):
         """Return whether the places so far to all four sides lie in the print area."""

@@ -35,18 +35,20 @@ if TYPE_CHECKING:
     from fpmatch.matching.reference.ridges import RidgeMap
     from fpmatch.templates.minutiae import Template
 
-if COMPILED:
-    from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
-    from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
-    from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-    from fpmatch.matching.prints.prepare import encode, prefilter_of, prepare, score_descriptors
-
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
 MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
 MIN_AT_SCALE: Final = 60  # descriptor similarity; 67 is the least of 984 prints of a wrong dpi
 PREPARED_KEPT: Final = 64  # views and indices of prints, used last: a fifth of a megabyte each
 _THREAD: Final = threading.local()
+
+if COMPILED:
+    from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
+    from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
+    from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
+    from fpmatch.matching.prints.prepare import encode, prefilter_of, prepare, score_descriptors
+
+    view_of = lru_cache(maxsize=PREPARED_KEPT)(TemplateView)  # a print as the kernels take it
 
 
 class UnitCircleMatcher(Matcher):
@@ -80,7 +82,8 @@ class UnitCircleMatcher(Matcher):
         The two are taken in the order of their content, so that exchanging them changes nothing
         but the direction of the transform. The prefilter rejects none if `in_any_case`.
         """
-        a, b, swapped = _in_order(probe, reference)
+        swapped = reference.key < probe.key
+        a, b = (reference, probe) if swapped else (probe, reference)
         if not len(a) or not len(b):
             return nothing_found(UNPAIRED)
         same = a.key == b.key
@@ -169,14 +172,6 @@ MATCHER: Final = UnitCircleMatcher()
 REFERENCE: Final = ReferenceMatcher()
 
 
-def _in_order(
-    probe: PreparedTemplate, reference: PreparedTemplate
-) -> tuple[PreparedTemplate, PreparedTemplate, bool]:
-    """Return the prints in the order of their content, and whether the reference comes first."""
-    swapped = reference.key < probe.key
-    return (reference, probe, True) if swapped else (probe, reference, False)
-
-
 def _is_identity(pairing: Pairing) -> bool:
     """Return whether each minutia is paired with the same one, by the transform that moves none."""
     every = np.arange(len(pairing.partner))
@@ -256,12 +251,6 @@ def pipeline_for(probe: PreparedTemplate, parameters: MatchParameters = USUAL) -
 def index_neighbours(pipeline: Any, probe: PreparedTemplate) -> None:
     """Let a pipeline have the index of the neighbours of the probe that it holds."""
     pipeline.neighbours = _index_of(probe, threading.get_ident(), pipeline.parameters)
-
-
-@lru_cache(maxsize=PREPARED_KEPT)
-def view_of(prepared: PreparedTemplate) -> TemplateView:
-    """Return a print as the kernels take it."""
-    return TemplateView(prepared)
 
 
 @lru_cache(maxsize=PREPARED_KEPT)

@@ -91,7 +91,6 @@ FLOW_SAMPLES: Final = 24  # cells whose orientation is compared in a search by r
 
 # Evidence
 LEAST_RELAXED: Final = 0.01  # added before the logarithm is taken
-PAIR_AREA: Final = 75.0  # px²: within 12 px and 30° of a minutia
 LEAST_SPREAD: Final = 0.5  # between the two quantiles
 LEAST_MEAN_SQUARE: Final = 0.25  # of the qualities of a print's minutiae
 # Beyond about these amounts, more evidence does not change the quantiles of impostor comparisons.
@@ -102,8 +101,6 @@ UNIT_AREA: Final = 10_000.0
 
 # Greatest decades of the FMR that pairs and ridges justify
 DECADES_PER_PAIR: Final = 1.2
-USUAL_CHANCE: Final = 3.0  # pairs expected by chance in two usual prints
-DENSER: Final = 2.0  # with so many more, prints are dense
 FULL_AGREEMENT: Final = 0.2  # ridge correlation above the usual: counts wholly
 CELLS_PER_DECADE: Final = 12.0
 

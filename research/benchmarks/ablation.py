@@ -169,7 +169,7 @@ def _compared(
         weights.models.index(weights.model_of(probe, reference)),
         np.array(scorer.feature),
         np.array(scorer.term),
-        most_decades(e.pairs, e.chance, unusual, e.cells),
+        most_decades(e.pairs, unusual, e.cells),
         e.minus_log_fmr,
     )
 

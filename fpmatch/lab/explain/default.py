@@ -229,7 +229,7 @@ def _evidence(m: DefaultMethod, evidence: Evidence, pair: ComparedPair | None) -
     low, high = model.quantiles @ amount_terms(math.sqrt(e["fewest"] * e["common"] / 2), e["area"])
     decades = 2.0 + (e["total"] - low) / max(high - low, fixed.LEAST_SPREAD)
     unusual = e["ridges"] - p.usual_correlation
-    bound = most_decades(e["pairs"], e["chance"], unusual, e["cells"])
+    bound = most_decades(e["pairs"], unusual, e["cells"])
     columns = FEATURES, features.tolist(), (weight / spread).tolist(), adds.tolist()
     v = None if pair is None else pair.verification
     reported = v and {"minus_log_fmr": -math.log(v.fmr), "score": v.score, "at": v.threshold}
@@ -238,7 +238,7 @@ def _evidence(m: DefaultMethod, evidence: Evidence, pair: ComparedPair | None) -
         "features": list(zip(*columns, strict=True)),
         "impostors": [float(low), float(high)],
         "by_sum": fixed.LOG_10 * float(decades),
-        "bound": fixed.LOG_10 * bound if math.isfinite(bound) else None,
+        "bound": fixed.LOG_10 * bound,
         "rejected": method.rejected(*m.prints, p) or None,
         "reported": reported,
     }

@@ -176,7 +176,6 @@ class Evidence(NamedTuple):
     ridges: float  # mean correlation of the ridges, see `reference.ridges`
     cells: float  # cells whose ridges were compared; 0 where they were not
     area: float  # of the common region
-    chance: float  # pairs expected where the minutiae in the common region lie there by chance
     total: float  # weighted sum of the features
     minus_log_fmr: float  # estimate of -ln(FMR): the sum, conditioned on how much was compared
 

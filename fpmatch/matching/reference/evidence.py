@@ -60,7 +60,7 @@ def weigh(
     amount = amount_terms(math.sqrt(e["fewest"] * e["common"] / 2.0), e["area"])
     low, high = (model.quantiles @ amount).tolist()
     decade = max(high - low, fixed.LEAST_SPREAD)
-    limit = most_decades(e["pairs"], e["chance"], e["ridges"] - p.usual_correlation, e["cells"])
+    limit = most_decades(e["pairs"], e["ridges"] - p.usual_correlation, e["cells"])
     estimate = float(fixed.LOG_10 * min(2.0 + (total - low) / decade, limit))
     estimate = _beyond_chance(a, b, pairing, e, estimate, p)
     e |= {"total": total, "minus_log_fmr": estimate}
@@ -97,7 +97,6 @@ def _gather(
         "ridges": 0.0,
         "cells": 0,
         "area": area,
-        "chance": common_a * common_b * fixed.PAIR_AREA / area if area > 0.0 else 0.0,
     }
 
 
@@ -172,18 +171,13 @@ def _beyond_chance(
     return float(max(lowered, least))
 
 
-def most_decades(pairs: int, chance: float, ridges: float, cells: int) -> float:
+def most_decades(pairs: int, ridges: float, cells: int) -> float:
     """Return the greatest -log10 of the FMR that so many pairs and cells of ridges justify.
 
-    `chance` is the number of pairs expected by chance, `ridges` the ridge correlation less that of
-    different fingers. Of dense minutiae many pairs agree under any transform.
+    `ridges` is the ridge correlation less that of different fingers.
     """
-    decades = fixed.DECADES_PER_PAIR * max(pairs - 1.0, 0.0)
-    if chance > fixed.USUAL_CHANCE:
-        chance *= min((chance - fixed.USUAL_CHANCE) / fixed.DENSER, 1.0)
-        decades = min(decades, poisson_decades(pairs, chance))
     share = min(max(ridges / fixed.FULL_AGREEMENT, 0.0), 1.0)
-    return decades + share * cells / fixed.CELLS_PER_DECADE
+    return fixed.DECADES_PER_PAIR * max(pairs - 1.0, 0.0) + share * cells / fixed.CELLS_PER_DECADE
 
 
 def decades_beyond_chance(
@@ -203,6 +197,4 @@ def decades_beyond_chance(
 
 def poisson_decades(count: int, mean: float) -> float:
     """Return Chernoff's bound of -log10 of the probability of `count` or more Poisson events."""
-    if mean <= 0.0:
-        return math.inf
     return (count * math.log(count / mean) - count + mean) / fixed.LOG_10 if count > mean else 0.0

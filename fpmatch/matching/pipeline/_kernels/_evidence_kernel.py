@@ -16,7 +16,7 @@ from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
 # Entries of the evidence, rows of `standard`, entries of `limits`, and the models:
 PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS = range(8)
-FULLNESS, FEWEST, RIDGES, CELLS, AREA, CHANCE, ENTRIES = range(8, 15)
+FULLNESS, FEWEST, RIDGES, CELLS, AREA, ENTRIES = range(8, 14)
 MIDDLE, SPREAD, WEIGHT, IMPOSTOR = range(4)
 PREFILTER_BASE, PREFILTER_GROWTH, PREFILTER_LIMIT, RELAXATION, REFINE, CONFIDENT, BIAS = range(7)
 WITH_RIDGES, MINUTIAE_ALONE, SMALL_WITH_RIDGES = range(3)
@@ -138,7 +138,6 @@ class EvidenceScorer:
         self.evidence[FEWEST] = min(a.size, b.size)
         self.evidence[RIDGES] = self.evidence[CELLS] = 0.0
         self.evidence[AREA] = area
-        self.evidence[CHANCE] = common * common_b * PAIR_AREA / area if area > 0.0 else 0.0
         return 0
 
     @cython.locals(k=cython.Py_ssize_t)
@@ -177,8 +176,7 @@ class EvidenceScorer:
         """Return -ln(FMR) of the weighted sum, given how much was compared, and its bound.
 
         The sums that 1 % and 0.1 % of the impostor comparisons reach depend on the minutiae and
-        the area in the common region; beyond and between them the tail is exponential. Of dense
-        minutiae many pairs agree under any transform: there, a Poisson distribution bounds the FMR.
+        the area in the common region; beyond and between them the tail is exponential.
         """
         low = high = 0.0
         # the geometric mean of a print's minutiae in the common region and of the smaller's in all
@@ -191,11 +189,7 @@ class EvidenceScorer:
             low += self.quantiles[self.model, 0, k] * self.term[k]
             high += self.quantiles[self.model, 1, k] * self.term[k]
         decades = 2.0 + (self.total - low) / max(high - low, LEAST_SPREAD)
-        pairs, chance = self.evidence[PAIRS], self.evidence[CHANCE]
-        most = DECADES_PER_PAIR * max(pairs - 1.0, 0.0)
-        if chance > USUAL_CHANCE:
-            chance *= min((chance - USUAL_CHANCE) / DENSER, 1.0)
-            most = min(most, poisson_decades(pairs, chance))
+        most = DECADES_PER_PAIR * max(self.evidence[PAIRS] - 1.0, 0.0)
         ridges = (self.evidence[RIDGES] - self.usual_correlation) / FULL_AGREEMENT
         ridges = min(max(ridges, 0.0), 1.0)
         return LOG_10 * min(decades, most + ridges * self.evidence[CELLS] / CELLS_PER_DECADE)

@@ -50,7 +50,6 @@ _ANGLE: Final = np.radians(np.concatenate([45.0 + 90.0 * np.arange(4), 22.5 + 45
 FLOW_PLACES: Final = np.stack([_RADIUS * np.cos(_ANGLE), _RADIUS * np.sin(_ANGLE)])
 
 # Comparisons
-MIN_MINUTIAE: Final = 1  # the fewest that a print is compared by
 LOG_10: Final = math.log(10.0)
 SMALL_AREA_PX2: Final = 30_000.0  # up to which the smaller print is small: 77 mm²
 

@@ -178,11 +178,17 @@ def show_views(request: PairRequest) -> dict[str, Any]:
     ridges, compared = verification.ridge_map, verification.compared
     if ridges is None or compared is None:
         return {"ridges": None}
-    document = ridges.as_dict()
-    cells = [(*cell, hexadecimal(agreement(cell[2]))) for cell in document["cells"]]
-    colours = [hexadecimal(agreement(value)) for value in np.linspace(0, 1, _COLOURS)]
-    beside = {"area_mm2": compared.ridge_area_mm2, "impostor_mean": IMPOSTOR_RIDGES}
-    return {"ridges": {**document, **beside, "cells": cells, "colours": colours}}
+    rows = np.column_stack([ridges.xy.round(2), ridges.correlation.round(4)]).tolist()
+    shown = {
+        "mean": ridges.mean,
+        "cell_px": ridges.cell_px,
+        "rotation_deg": ridges.rotation_deg,
+        "area_mm2": compared.ridge_area_mm2,
+        "impostor_mean": IMPOSTOR_RIDGES,
+        "cells": [(*row, hexadecimal(agreement(row[2]))) for row in rows],
+        "colours": [hexadecimal(agreement(value)) for value in np.linspace(0, 1, _COLOURS)],
+    }
+    return {"ridges": shown}
 
 
 LARGEST_STAGE_SHOWN: Final = 1200

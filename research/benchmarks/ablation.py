@@ -17,7 +17,7 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
-from fpmatch.matching.constants import LEAST_SPREAD, LOG_10, MIN_MINUTIAE
+from fpmatch.matching.constants import LEAST_SPREAD, LOG_10
 from fpmatch.matching.matchers.unit_circle import MATCHER, pipeline_for
 from fpmatch.matching.pipeline.evidence import (
     FEATURES,
@@ -156,7 +156,7 @@ def _compared(
 ) -> tuple[int, NDArray[np.float64], NDArray[np.float64], float, float]:
     """Return model, features, amounts, limit and estimate of a pair, as `Pairs` has them."""
     nothing = -1, np.zeros(len(FEATURES)), np.zeros(5), 0.0
-    if min(len(probe), len(reference)) < MIN_MINUTIAE:
+    if not (len(probe) and len(reference)):
         return *nothing, LEAST
     compared = MATCHER.compare(probe, reference)
     if compared.detail is None:

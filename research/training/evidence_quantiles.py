@@ -24,7 +24,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.constants import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER, index_neighbours, view_of
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
@@ -167,7 +166,7 @@ def amount_samples(
     print.
     """
     p = parameters or AmountParameters()
-    prints = [row for row in prints_of(extracted) if len(row[1].minutiae) >= MIN_MINUTIAE]
+    prints = [row for row in prints_of(extracted) if len(row[1].minutiae)]
     whole, finger = [template for _, template in prints], [shown.finger for shown, _ in prints]
     if not ridges:
         whole = [without_ridges(one) for one in whole]
@@ -230,7 +229,7 @@ def _genuine(
     probe: PreparedTemplate, reference: PreparedTemplate, pipeline: Pipeline, _: ScoreWeights
 ) -> list[Compared]:
     """Return -ln(FMR), 0 where nothing was found, and how much there was to compare."""
-    if min(len(probe), len(reference)) < MIN_MINUTIAE:
+    if not (len(probe) and len(reference)):
         return []
     found = _aligned(probe, reference, pipeline)
     sides = probe, reference
@@ -242,7 +241,7 @@ def _genuine(
 def _aligned(
     probe: PreparedTemplate, reference: PreparedTemplate, pipeline: Pipeline
 ) -> float | None:
-    if len(probe) < MIN_MINUTIAE:
+    if not len(probe):
         return None
     pipeline.load(view_of(probe))
     index_neighbours(pipeline, probe)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.lab.evaluation.databases.dataset import choose_pairs
-from fpmatch.matching.constants import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER, view_of
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
@@ -171,7 +170,7 @@ def _features(
 ) -> tuple[NDArray[np.float64], float] | None:
     """Return the features of two prints, coarse and refined, (2, H, 11), and local strength."""
     a, b = sorted((probe, reference), key=lambda side: side.key)
-    if min(len(a), len(b)) < MIN_MINUTIAE:
+    if not (len(a) and len(b)):
         return None
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     sides = view_of(a), view_of(b)

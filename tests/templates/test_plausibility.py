@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from fpmatch.formats.files import load_record, save_template
 from fpmatch.image.extract import extract
 from fpmatch.matching.matchers.unit_circle import MATCHER, view_of
-from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 from fpmatch.prints.reading import make_given_print
 from fpmatch.templates.bounds import MOST_MINUTIAE
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
@@ -82,10 +81,10 @@ def test_minutiae_along_their_ridges_are_not_named_and_across_them_are(seed, siz
     m = given_.minutiae
     along = replace(given_, minutiae=Minutiae(m.x, m.y, angle), field=ridges(turn))
     assert not why_no_finger(along)
-    assert not view_of(MATCHER.prepare(along)).lies_off_ridges(FLOW_OF_CODE)
+    assert not view_of(MATCHER.prepare(along)).lies_off_ridges()
     across = replace(along, minutiae=Minutiae(m.x, m.y, angle + np.pi / 2))
     assert why_no_finger(across) == f"{NO_FINGER}: {OFF_RIDGES}"
-    assert view_of(MATCHER.prepare(across)).lies_off_ridges(FLOW_OF_CODE)
+    assert view_of(MATCHER.prepare(across)).lies_off_ridges()
     assert OFF_RIDGES in why_no_finger(replace(along, field=ridges(turn, part=0.3)))
 
 

@@ -167,7 +167,8 @@ def ridge_page(image: NDArray[np.uint8], verification: Verification, ridges: Rid
     """Compose the page of the `image` of the reference with the cells of `ridges`."""
     v, t = verification, verification.reference
     own = Box(-0.5, -0.5, t.width, t.height)
-    shown = np.vstack([own.corners, ridges.corners.reshape(-1, 2)])
+    squares = _squares(ridges)
+    shown = np.vstack([own.corners, squares.reshape(-1, 2)])
     caption, place, to_page = panel_for(v, shown)
     colours = map(agreement, ridges.correlation.tolist())
     pens = [Pen(colour, colour) for colour in colours]
@@ -175,7 +176,7 @@ def ridge_page(image: NDArray[np.uint8], verification: Verification, ridges: Rid
     inside: tuple[Item, ...] = (
         *(
             Path(tuple(moved(to_page, corners)), pen, True, "cell")
-            for corners, pen in zip(ridges.corners, pens, strict=True)
+            for corners, pen in zip(squares, pens, strict=True)
         ),
         *ink_of(image, t, to_page, _INK, "reference ridges"),
         *marks(t.minutiae, j, to_page, BESIDE_PAIRED["reference"]),
@@ -184,6 +185,15 @@ def ridge_page(image: NDArray[np.uint8], verification: Verification, ridges: Rid
     scale, bottom = _scale(caption.clip.width, place.bottom + 10, ridges.mean, area)
     panel = [Group(inside, place, "ridge agreement"), *scale]
     return page(v, caption, panel, _RIDGES_LEGEND, bottom, place)
+
+
+def _squares(ridges: RidgeMap) -> NDArray[np.float64]:
+    """Return the corners of the cells in pixels of the reference, clockwise, shape (K, 4, 2)."""
+    angle, half = math.radians(ridges.rotation_deg), 0.5 * ridges.cell_px
+    across = half * np.array([math.cos(angle), math.sin(angle)])
+    down = half * np.array([-math.sin(angle), math.cos(angle)])
+    square = np.array([-across - down, across - down, across + down, down - across])
+    return np.asarray(ridges.xy[:, None, :] + square)
 
 
 def _scale(width: float, top: float, mean: float, area_mm2: float) -> tuple[list[Item], float]:

@@ -94,9 +94,10 @@ class UnitCircleMatcher(Matcher):
             pipeline, view = pipeline_for(probe, self.parameters), view_of(reference)
             rejected = 0.0 if in_any_case or same else pipeline.rejected(view, swapped)
             matched = None if rejected else _matched_by(pipeline, view, a, b, swapped)
-            # of two equal prints neither comes first: only the identity is its own inverse
-            if same and not (matched and _is_identity(matched[0])):
-                matched = method.match(a, b, self.parameters)
+            if same:  # neither comes first: only the identity is its own inverse
+                found = matched and (matched[0].move, matched[0].partner.tolist())
+                if found != ((1 + 0j, 0j), [*range(len(a))]):
+                    matched = method.match(a, b, self.parameters)
         if rejected:
             return nothing_found(UNLIKE, float(np.logaddexp(0.0, rejected)))
         if matched is None:
@@ -170,12 +171,6 @@ class ReferenceMatcher(UnitCircleMatcher):
 
 MATCHER: Final = UnitCircleMatcher()
 REFERENCE: Final = ReferenceMatcher()
-
-
-def _is_identity(pairing: Pairing) -> bool:
-    """Return whether each minutia is paired with the same one, by the transform that moves none."""
-    every = np.arange(len(pairing.partner))
-    return pairing.move == (1 + 0j, 0j) and np.array_equal(pairing.partner, every)
 
 
 def _matched_by(

@@ -43,11 +43,10 @@ def prepare(template: Template, parameters: MatchParameters = USUAL) -> Prepared
 
 def neighbourhoods(points: NDArray[np.float64], parameters: MatchParameters) -> Neighbourhoods:
     """Describe the nearest neighbours, in the first two rings, of minutiae (4, N)."""
-    size, n = parameters.neighbours, points.shape[1]
-    count, near = np.empty(n, np.int32), np.zeros((n, size), np.int32)
-    frame = np.zeros((n, 6, size), np.float32)
+    count = np.empty(points.shape[1], np.int32)
+    frame = np.zeros((len(count), 6, parameters.neighbours), np.float32)
     mesh = triangulate_checked(points[:2].T.copy())
-    writer = NeighbourhoodWriter(points, parameters, count, near, frame)
+    writer = NeighbourhoodWriter(points, parameters, count, frame)
     writer.write(mesh.edges, mesh.ring_start, mesh.ring, mesh.interior.view(np.uint8))
     return Neighbourhoods(count, frame)
 

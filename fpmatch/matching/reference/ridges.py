@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -45,25 +45,6 @@ class RidgeMap:
     def mean(self) -> float:
         """Mean correlation, which the score is made of."""
         return float(self.correlation.mean())
-
-    @property
-    def corners(self) -> Floats:
-        """Corners of the cells in pixels of the reference, clockwise, shape (K, 4, 2)."""
-        angle, half = math.radians(self.rotation_deg), 0.5 * self.cell_px
-        across = half * np.array([math.cos(angle), math.sin(angle)])
-        down = half * np.array([-math.sin(angle), math.cos(angle)])
-        square = np.array([-across - down, across - down, across + down, down - across])
-        return np.asarray(self.xy[:, None, :] + square)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the map as what JSON can hold: cells of x, y and correlation, rounded."""
-        columns = np.column_stack([self.xy.round(2), self.correlation.round(4)])
-        return {
-            "mean": self.mean,
-            "cell_px": self.cell_px,
-            "rotation_deg": self.rotation_deg,
-            "cells": columns.tolist(),
-        }
 
 
 def drift_of(region: PrintArea, mesh: PairMesh, predicted: Plane, move: Move) -> Plane:

@@ -20,7 +20,7 @@ cdef class EvidenceScorer:
     cdef readonly double[::1] evidence, feature, term
     cdef readonly double[:, ::1] kept
     cdef const double[:, :, ::1] standard, quantiles
-    cdef const double[:, ::1] limits, flow
+    cdef const double[:, ::1] limits
     cdef int[::1] paired_b
     cdef readonly RidgeCorrelator correlator
     cdef readonly double total, relaxation, refine, confident

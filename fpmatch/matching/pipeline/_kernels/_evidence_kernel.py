@@ -12,7 +12,6 @@ from cython.cimports.libc.math import exp, log, log10, sqrt
 
 from fpmatch.matching.constants import *
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
-from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
 # Entries of the evidence, rows of `standard`, entries of `limits`, and the models:
 PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS = range(8)
@@ -51,7 +50,6 @@ class EvidenceScorer:
         self.doubt_minutiae, self.usual_correlation = p.doubt_minutiae, p.usual_correlation
         self.beyond_from, self.beyond_share = p.beyond_from, p.beyond_share
         self.beyond_less, self.beyond_few = p.beyond_less, p.beyond_few
-        self.flow = FLOW_OF_CODE
 
     def choose_model(self, a, b):
         """Choose the model by which two prints are scored; return its number."""
@@ -208,7 +206,7 @@ class EvidenceScorer:
         """
         if not estimate > LOG_10 * self.beyond_from or self.beyond_share == 0.0:
             return estimate
-        if a_print.lies_off_ridges(self.flow) or b_print.lies_off_ridges(self.flow):
+        if a_print.lies_off_ridges() or b_print.lies_off_ridges():
             return LOG_10 * self.beyond_from
         if self.is_small:
             return estimate

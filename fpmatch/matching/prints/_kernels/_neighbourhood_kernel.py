@@ -23,14 +23,14 @@ LEAST_WEIGHT = cython.declare(cython.double, constants.LEAST_WEIGHT)
 class NeighbourhoodWriter:
     """Write the neighbourhoods of a print of the minutiae `points` (4, N).
 
-    `count` and `frame` are as `Neighbourhoods` has them; ``near[i]`` will be the neighbours of
-    minutia i. `near` and `frame` are filled with zeros.
+    `count` and `frame` are as `Neighbourhoods` has them; `frame` is filled with zeros. ``near[i]``
+    are the neighbours of minutia i.
     """
 
-    def __init__(self, points, parameters, count, near, frame) -> None:
+    def __init__(self, points, parameters, count, frame) -> None:
         p, n = parameters, len(count)
         self.x, self.y, self.c, self.s = points
-        self.count, self.near, self.frame = count, near, frame
+        self.count, self.near, self.frame = count, np.zeros((n, p.neighbours), np.int32), frame
         self.size, self.second_weight = p.neighbours, p.second_ring_weight
         self.tolerance, self.growth = p.tolerance_px, p.tolerance_per_px
         self.joined = np.empty(2 * EDGES * n, np.int32)

@@ -15,7 +15,7 @@ cdef class TemplateView:
     cdef double step, per_px
     cdef bint has_flow, has_ridges
 
-    cpdef bint lies_off_ridges(self, const double[:, ::1] flow) noexcept nogil
+    cpdef bint lies_off_ridges(self) noexcept nogil
     cdef int code_at(self, double x, double y) noexcept nogil
     cdef bint contains(self, double x, double y) noexcept nogil
     cdef bint contains_with_margin(self, double x, double y, double margin) noexcept nogil

@@ -16,6 +16,7 @@ LEAST_ALONG = cython.declare(cython.double, plausibility.LEAST_ALONG)
 
 _TURN = 2.0 * np.pi * (np.arange(constants.ORIENTATIONS + 1) - 1.0) / constants.ORIENTATIONS
 FLOW_OF_CODE = np.stack([np.cos(_TURN), np.sin(_TURN)])  # of twice the orientation of a code
+FLOW = cython.declare(cython.double[:, ::1], FLOW_OF_CODE)
 
 
 @cython.final
@@ -39,8 +40,8 @@ class TemplateView:
         if self.has_ridges:
             self.ridges = region.ridges
 
-    def lies_off_ridges(self, flow):
-        """Return whether few minutiae lie on the ridges, or most across; `flow`: `FLOW_OF_CODE`."""
+    def lies_off_ridges(self):
+        """Return whether few minutiae lie on the ridges, or most across."""
         if not self.has_flow or self.size < ENOUGH_ON_RIDGES:
             return False
         on: cython.Py_ssize_t = 0
@@ -50,7 +51,7 @@ class TemplateView:
             if code > 0:
                 x, y = self.points[2, i], self.points[3, i]
                 on += 1
-                along += (x * x - y * y) * flow[0, code] + 2.0 * x * y * flow[1, code]
+                along += (x * x - y * y) * FLOW[0, code] + 2.0 * x * y * FLOW[1, code]
         return on < LEAST_INSIDE * self.size or along < LEAST_ALONG * on
 
     def contains(self, x, y):

@@ -12,7 +12,7 @@ from fpmatch.base.parameters import Parameter, read_parameters
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import show
 from fpmatch.cli.options import FILE, file_option, json_option
-from fpmatch.errors import PointSetError
+from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.lab.plots.style import check_plot
 from fpmatch.lab.points.match import POINT_MATCHERS, match_points
@@ -155,6 +155,8 @@ def points(
 def _chosen(text: str, tolerance: float | None) -> dict[str, Any]:
     """Return the matcher that a text states and its parameters, None where not given."""
     name, _, stated = text.partition(":")
+    if name not in POINT_MATCHERS:
+        raise PointSetError(unknown_name("matcher", name, POINT_MATCHERS))
     owner = f"matcher {name}"
     given = read_parameters(stated, owner) if stated else {}
     for unknown in given.keys() - {"rho"}:

@@ -127,8 +127,8 @@ class UnitCircleMatcher(Matcher):
         """
         region = prepared.region
         area, shown = factor * region.inside * region.step**2, region.ridges is not None
-        held = self.parameters.beyond_share > 0.0
-        off = held and prints.lies_off_ridges(prepared)
+        held, view = self.parameters.beyond_share > 0.0, COMPILED and view_of(prepared)
+        off = held and (view.lies_off_ridges() if view else prints.lies_off_ridges(prepared))
         minutiae = 0.0 if off else factor * len(prepared)
         _, x, _, y, _ = amount_terms(minutiae, area)
         return np.array([minutiae, area, shown, x, y])

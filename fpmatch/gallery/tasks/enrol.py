@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections import Counter
+from collections import Counter, deque
 from contextlib import closing
 from functools import partial
 from itertools import islice
@@ -167,7 +167,7 @@ def enrol(
     one, which is returned.
     """
     done = into or Enrolment(gallery, strict=strict)
-    before = done.counted
+    before, pattern = done.counted, pattern or NamePattern()
     noted: list[tuple[Path, tuple[str, ...]]] = []
 
     def report() -> None:
@@ -180,12 +180,18 @@ def enrol(
             earlier = earlier_resolutions(gallery, prints)
             reader = folder_reader(prints, engine=place, earlier=earlier, **reading)
             extractor = partial(extract_print, reader=reader, min_quality=min_quality)
-        requested = _requested(gallery, prints, pattern or NamePattern(), done, report)
-        with closing(attempt_each(place, partial(_extract, extractor), requested)) as attempts:
+        requests = deque[EnrolmentRequest]()  # which stay here: workers need no database library
+
+        def files() -> Iterator[PrintFile]:
+            for file, request in _requested(gallery, prints, pattern, done, report):
+                requests.append(request)
+                yield file
+
+        with closing(attempt_each(place, extractor, files())) as attempts:
             for batch in _batches(attempts):
                 new = []
-                for (file, request), attempt in batch:
-                    made, source = attempt.result, _source(file)
+                for file, attempt in batch:
+                    request, made, source = requests.popleft(), attempt.result, _source(file)
                     if made is None:
                         done.fail(source, without_path(attempt.reason, file.path))
                         continue
@@ -288,10 +294,6 @@ def _request(file: PrintFile, pattern: NamePattern) -> EnrolmentRequest:
     if label is None:
         raise GalleryError(f"its name does not fit the pattern {pattern.text}")
     return EnrolmentRequest(label, hashlib.sha256(file.path.read_bytes()).digest(), file.dpi)
-
-
-def _extract(extractor: Callable[..., ExtractedPrint], requested: Requested) -> ExtractedPrint:
-    return extractor(requested[0])
 
 
 def _source(file: PrintFile) -> str:

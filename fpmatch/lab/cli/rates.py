@@ -219,6 +219,9 @@ def show_rates(
     from fpmatch.lab.evaluation.report.results import report_document
     from fpmatch.lab.evaluation.report.text import as_text, save_table
 
+    for one in results:
+        for kind in [kind for kind in ("genuine", "impostor") if not getattr(one, kind)]:
+            say_note(f"{one.matcher}: no {kind} pairs, by which rates are measured")
     document = report_document(results, **how) | beside
     show(json_text(document) if as_json else as_text(document))
     if det is not None:

@@ -11,7 +11,7 @@ from collections import Counter
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from fpmatch._version import __version__
 from fpmatch.base.folders import make_folder
@@ -42,8 +42,6 @@ if TYPE_CHECKING:
 
     AnyPath = str | os.PathLike[str]
     AnyDataset = Dataset | AnyPath
-
-PARTS: Final = ".parts"
 
 
 def evaluate(
@@ -116,7 +114,7 @@ def evaluate_matchers(
         kept: Any = tempfile.TemporaryDirectory(prefix="fpmatch-")
     else:
         check_writable(scores)
-        kept = nullcontext(f"{os.fspath(scores)}{PARTS}")
+        kept = nullcontext(f"{os.fspath(scores)}.parts")
         make_folder(kept.enter_result)
     reports, files = [], []
     with kept as folder, make_engine(workers) as engine:

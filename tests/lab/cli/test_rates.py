@@ -52,3 +52,9 @@ def test_a_full_disk_does_not_cost_the_rates(run, tmp_path, tiny_disk):
     line = f"{tiny_disk / 'a.csv'}: cannot be written: no space left on device"
     assert result.stderr.splitlines()[-1] == f"fpmatch: error: {line}"
     assert [path.name for path in tiny_disk.iterdir()] == ["fill"]
+
+
+@pytest.mark.parametrize(("kind", "other"), [("impostor", "1_2"), ("genuine", "2_1")])
+def test_a_missing_kind_of_pairs_is_named(run, tmp_path, kind, other):
+    (tmp_path / "mine.csv").write_text(f"probe,reference,score\n1_1,{other},3\n")
+    assert f"mine: no {kind} pairs" in run("rates", tmp_path / "mine.csv").stderr

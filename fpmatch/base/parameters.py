@@ -74,12 +74,16 @@ def parameters_of(values: Any) -> dict[str, Parameter]:
     return listed
 
 
-def check_ranges(values: Any) -> None:
-    """Raise MatcherError for a parameter outside its range: for `__post_init__`."""
-    for entry in fields(values):
-        about = entry.metadata.get("about")
-        if about and not about[2] <= getattr(values, entry.name) <= about[3]:
-            parameters_of(values)[entry.name].check()  # which raises it
+class Ranged:
+    """Base of a dataclass of parameters; raises MatcherError for one outside its range."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        for entry in fields(cast("Any", self)):
+            about = entry.metadata.get("about")
+            if about and not about[2] <= getattr(self, entry.name) <= about[3]:
+                parameters_of(self)[entry.name].check()  # which raises it
 
 
 def with_parameters(values: Any, given: Mapping[str, object], owner: str) -> Any:

@@ -10,16 +10,11 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from fpmatch.base.parameters import check_ranges, parameter
-
-
-def _cosine(degrees: float) -> float:
-    """Return the cosine of an angle, by which directions are compared."""
-    return math.cos(math.radians(degrees))
+from fpmatch.base.parameters import Ranged, parameter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MatchParameters:
+class MatchParameters(Ranged):
     """All of them, in the order of the steps; compared by identity, which costs nothing.
 
     Those with a meaning and a range are arguments of the matcher. Lengths are in pixels at 500 dpi.
@@ -54,7 +49,7 @@ class MatchParameters:
 
     # Local match of the neighbourhoods
     # largest difference in relative direction of a neighbour and its counterpart
-    neighbour_cosine: float = _cosine(30.0)
+    neighbour_cosine: float = math.cos(math.radians(30.0))
     fewest_neighbours: int = 4  # fewer count as this many, so that few do not agree easily
 
     # Relaxation of the local matches, the candidates. Two support each other if the distances
@@ -63,8 +58,12 @@ class MatchParameters:
     candidates: int = 32  # local matches that take part, at most; each minutia is in one of them
     distance_px: float = 6.0
     distance_per_px: float = 0.08
-    min_rotation_cosine: float = _cosine(25.0)  # largest difference of the rotations of two
-    min_angle_cosine: float = _cosine(30.0)  # of the directions from one minutia to the other
+    min_rotation_cosine: float = math.cos(
+        math.radians(25.0)
+    )  # largest difference of the rotations of two
+    min_angle_cosine: float = math.cos(
+        math.radians(30.0)
+    )  # of the directions from one minutia to the other
     relaxation_rounds: int = parameter(5, "rounds in which candidates support each other", 0, 100)
     inertia: float = 0.5  # share of its value that a candidate keeps in a round
     least_seed_share: float = 0.5  # least value of a seed, as a share of the strongest candidate's
@@ -80,7 +79,9 @@ class MatchParameters:
 
     # Global match: pairs grow over their mesh; a minutia is paired within its reach of where it is
     # predicted
-    min_cosine: float = _cosine(30.0)  # largest difference in direction within a pair
+    min_cosine: float = math.cos(
+        math.radians(30.0)
+    )  # largest difference in direction within a pair
     hypotheses: int = 4  # hypotheses of the relaxed local matches, at most
     coarse_rounds: int = 1  # rounds in which pairs grow over their mesh before they are weighed
     rounds: int = parameter(3, "rounds in which pairs grow over their mesh, in all", 1, 20)
@@ -103,7 +104,7 @@ class MatchParameters:
     least_flow: float = 0.8  # least agreement of the orientation, for a small print
     usual_correlation: float = 0.2  # of the ridges of different fingers, in search and score
     apart_px: float = 12.0  # between a print's middles under transforms that count as two
-    apart_cosine: float = _cosine(12.0)  # or the difference of their rotations
+    apart_cosine: float = math.cos(math.radians(12.0))  # or the difference of their rotations
 
     # Score: how evidence is turned into features
     # how far inside the other print a minutia lies that counts as unpaired; in the hull of the
@@ -120,9 +121,6 @@ class MatchParameters:
     beyond_share: float = parameter(
         0.8, "share of the rarity beyond chance that does not count", 0, 1
     )
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
 
 
 USUAL: Final = MatchParameters()

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.parameters import check_ranges, parameter
+from fpmatch.base.parameters import Ranged, parameter
 from fpmatch.matching.result import Comparison, Matcher, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters, match_prepared
@@ -32,7 +32,7 @@ UNALIGNED: Final = "no transform aligns minutiae of the probe with minutiae of t
 
 
 @dataclass(frozen=True, slots=True)
-class PaperParameters(UnitCircleParameters):
+class PaperParameters(Ranged, UnitCircleParameters):
     """The parameters of the rings, and of the decision by the share of minutiae paired."""
 
     rho: float = parameter(
@@ -42,9 +42,6 @@ class PaperParameters(UnitCircleParameters):
         0,
         1,
     )
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
 
 
 class PaperMatcher(Matcher):

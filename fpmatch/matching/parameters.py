@@ -58,12 +58,9 @@ class MatchParameters(Ranged):
     candidates: int = 32  # local matches that take part, at most; each minutia is in one of them
     distance_px: float = 6.0
     distance_per_px: float = 0.08
-    min_rotation_cosine: float = math.cos(
-        math.radians(25.0)
-    )  # largest difference of the rotations of two
-    min_angle_cosine: float = math.cos(
-        math.radians(30.0)
-    )  # of the directions from one minutia to the other
+    # largest difference of the rotations of two, and of the directions from one to the other
+    min_rotation_cosine: float = math.cos(math.radians(25.0))
+    min_angle_cosine: float = math.cos(math.radians(30.0))
     relaxation_rounds: int = parameter(5, "rounds in which candidates support each other", 0, 100)
     inertia: float = 0.5  # share of its value that a candidate keeps in a round
     least_seed_share: float = 0.5  # least value of a seed, as a share of the strongest candidate's
@@ -79,9 +76,8 @@ class MatchParameters(Ranged):
 
     # Global match: pairs grow over their mesh; a minutia is paired within its reach of where it is
     # predicted
-    min_cosine: float = math.cos(
-        math.radians(30.0)
-    )  # largest difference in direction within a pair
+    # largest difference in direction within a pair
+    min_cosine: float = math.cos(math.radians(30.0))
     hypotheses: int = 4  # hypotheses of the relaxed local matches, at most
     coarse_rounds: int = 1  # rounds in which pairs grow over their mesh before they are weighed
     rounds: int = parameter(3, "rounds in which pairs grow over their mesh, in all", 1, 20)

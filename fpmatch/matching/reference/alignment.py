@@ -27,12 +27,12 @@ class Pairing:
     move: Move = (1 + 0j, 0j)  # linear, shift
     parameters: MatchParameters = USUAL
 
-    @property
+    @cached_property
     def places(self) -> tuple[Plane, Plane]:
         """Places of the minutiae of A and of B, as complex numbers."""
         return self.a[0] + 1j * self.a[1], self.b[0] + 1j * self.b[1]
 
-    @property
+    @cached_property
     def directions(self) -> tuple[Plane, Plane]:
         """Their directions, likewise."""
         return self.a[2] + 1j * self.a[3], self.b[2] + 1j * self.b[3]

@@ -42,7 +42,7 @@ class PairMesh:
     def once(self, which: Numbers | int) -> NDArray[np.bool_]:
         """Return which vertices of the rings of minutiae are no repetitions, (..., D)."""
         ring = self.rings[which]
-        return np.asarray(ring != np.roll(ring, 1, axis=-1))
+        return np.asarray(ring != np.concatenate([ring[..., -1:], ring[..., :-1]], axis=-1))
 
 
 def mesh_of_pairs(
@@ -57,7 +57,8 @@ def mesh_of_pairs(
     angle = np.arange(FRAME) * (2.0 * np.pi / FRAME)
     frame = 0.5 * (low + high) + (abs(0.5 * (high - low)) + p.frame_margin_px) * np.exp(1j * angle)
     paired = np.flatnonzero(partner >= 0)
-    paired = paired[np.sort(np.unique(a[paired], return_index=True)[1])]
+    first = dict(zip(a[paired[::-1]].tolist(), paired[::-1].tolist(), strict=True))
+    paired = np.array(sorted(first.values()), np.intp)
     vertex = np.concatenate([frame, a[paired]])
     image = np.concatenate([move[1] + move[0] * frame, b[partner[paired]]])
     across = triangulate(vertex)

@@ -101,7 +101,7 @@ def boundary_angles(ring: ArrayLike) -> NDArray[np.float64]:
 
 def ring_angles(ring: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Return the angles (..., d) of the points x + iy of rings on their unit circles."""
-    side = abs(np.roll(ring, -1, axis=-1) - ring)
+    side = abs(np.concatenate([ring[..., 1:], ring[..., :1]], axis=-1) - ring)
     along = side.cumsum(axis=-1)
     return np.asarray(2 * np.pi * (along - side) / along[..., -1:])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,7 +18,7 @@ from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import pattern_option, places_argument, workers_option
 from fpmatch.lab.cli.evaluate import STAGES
 from fpmatch.matching.registry import get_matcher
-from fpmatch.printable import json_text, printable
+from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -88,5 +88,32 @@ def calibrate(
     atomic_write_bytes(output, calibration.as_json().encode(), public=True)
     report = fitting.report_calibration(calibration, impostors)
     document = {"calibration": str(output), **report}
-    text = f"{printable(output)}\n{fitting.calibration_text(report)}"
+    text = f"{printable(output)}\n{calibration_text(report)}"
     show(json_text(document) if as_json else text)
+
+
+def calibration_text(report: dict[str, Any]) -> str:
+    """Return the report on a calibration as text, a line an item."""
+    from fpmatch.lab.evaluation.calibrate import MIN_ABOVE
+    from fpmatch.matching.calibration import score_to_fmr
+    from fpmatch.matching.decision import DEFAULT_THRESHOLD
+    from fpmatch.prints.report import odds
+
+    measured, fmr = report["largest_measured_score"], odds(report["smallest_measured_fmr"])
+    fingers = count(report["fingers"], "finger") if report["fingers"] else "unknown fingers"
+    beyond = "scores are extrapolated, and verify notes it"
+    if measured < DEFAULT_THRESHOLD:
+        needed = round(MIN_ABOVE / score_to_fmr(DEFAULT_THRESHOLD))
+        beyond += f"""
+              so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes
+              some {needed:,} impostor comparisons"""
+    if interval := report["smallest_measured_fmr_interval"]:
+        lowest = odds(interval[0]) if interval[0] > 0 else "none"
+        fmr += f"\n              (95 % interval over fingers: {odds(interval[1])} to {lowest})"
+    return f"""\
+  Matcher     {report["matcher"]}
+  Fitted to   {report["impostors"]:,} impostor comparisons
+              of {fingers} ({count(report["databases"], "database")})
+  Measured    up to score {measured:.1f}, a false match rate of {fmr}
+  Beyond      {beyond}
+  Highest     the highest of these comparisons scores {report["highest_impostor_score"]:.1f}"""

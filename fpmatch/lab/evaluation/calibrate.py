@@ -33,11 +33,8 @@ from fpmatch.lab.evaluation.rates.bootstrap import bootstrap_fmr, interval_of
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
 from fpmatch.matching.calibration import Calibration, score_to_fmr
-from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.printable import count
-from fpmatch.prints.report import odds
 
 if TYPE_CHECKING:
     import os
@@ -238,25 +235,3 @@ def report_calibration(calibration: Calibration, sets: Sequence[Trials]) -> dict
         ),
         "highest_impostor_score": calibration.score(max(one.similarity.max() for one in sets)),
     }
-
-
-def calibration_text(report: dict[str, Any]) -> str:
-    """Return the report on a calibration as text, a line an item."""
-    measured, fmr = report["largest_measured_score"], odds(report["smallest_measured_fmr"])
-    fingers = count(report["fingers"], "finger") if report["fingers"] else "unknown fingers"
-    beyond = "scores are extrapolated, and verify notes it"
-    if measured < DEFAULT_THRESHOLD:
-        needed = round(MIN_ABOVE / score_to_fmr(DEFAULT_THRESHOLD))
-        beyond += f"""
-              so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes
-              some {needed:,} impostor comparisons"""
-    if interval := report["smallest_measured_fmr_interval"]:
-        lowest = odds(interval[0]) if interval[0] > 0 else "none"
-        fmr += f"\n              (95 % interval over fingers: {odds(interval[1])} to {lowest})"
-    return f"""\
-  Matcher     {report["matcher"]}
-  Fitted to   {report["impostors"]:,} impostor comparisons
-              of {fingers} ({count(report["databases"], "database")})
-  Measured    up to score {measured:.1f}, a false match rate of {fmr}
-  Beyond      {beyond}
-  Highest     the highest of these comparisons scores {report["highest_impostor_score"]:.1f}"""

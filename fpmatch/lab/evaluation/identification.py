@@ -132,7 +132,7 @@ def read_candidates(path: AnyPath, enrolled: set[str], pattern: str | None = Non
 def _rows(path: AnyPath, needed: Sequence[str]) -> Iterator[tuple[int, dict[str, str]]]:
     """Yield line number and cells of the rows of a CSV file whose first line names its columns."""
     rows = csv_rows(path, DatasetError)
-    line, head = next(rows, (0, []))
+    line, head = next(rows, (1, []))
     if missing := [name for name in needed if name not in head]:
         why = f"the first line names no column {missing[0]!r}; needed: {', '.join(needed)}"
         raise row_error(DatasetError, path, line, why)

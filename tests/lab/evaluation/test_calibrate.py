@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 import fpmatch
 from fpmatch.errors import DatasetError, MatcherError
+from fpmatch.lab.cli.calibrate import calibration_text
 from fpmatch.lab.evaluation import calibrate
 from fpmatch.lab.evaluation.calibrate import (
     calibrate_on,
-    calibration_text,
     fit_calibration,
     gather_impostors,
     report_calibration,

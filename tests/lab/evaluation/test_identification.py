@@ -88,7 +88,7 @@ def test_a_subject_counts_once_with_its_highest_score(tmp_path):
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        ("", "line 0: the first line names no column 'probe'; needed: probe, subject, score"),
+        ("", "line 1: the first line names no column 'probe'; needed: probe, subject, score"),
         ("1_1,2,0.5\n", "line 1: the first line names no column 'probe'"),
         (HEAD, "holds no search"),
         (HEAD + "1_1,9,0.5\n", "line 2: candidate '9' is not enrolled"),

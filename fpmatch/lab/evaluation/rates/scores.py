@@ -178,7 +178,7 @@ def read_scores(
     """
     table = csv_rows(path, DatasetError, exact=True, comments=True)
     refused = partial(row_error, DatasetError, path)
-    line, head = next(table, (0, []))
+    line, head = next(table, (1, []))
     names = [cell.strip().casefold() for cell in head]
     places = {cell: k for k, cell in enumerate(names)}
     score = next((places[one] for one in ("similarity", "score") if one in places), None)

@@ -106,7 +106,7 @@ def test_fingers_are_numbered_by_their_names_and_sets_by_matcher_and_database(tm
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        ("", "line 0: not a file of scores: the first line names the columns"),
+        ("", "line 1: not a file of scores: the first line names the columns"),
         ("# nothing\n\n", "not a file of scores"),
         ("probe,reference,score,Score\n1_1,1_2,1,0\n", "line 1: two columns are named score"),
         (HEAD, "holds no comparison"),

@@ -153,7 +153,8 @@ def find_shortage(
         if len(template.minutiae) and not amount[0]:  # the matcher counts none
             why[name] = why[name] or f"shows no finger: {OFF_RIDGES}"
     if any(why.values()):
-        return Shortage(code, "; ".join(f"the {name} {text}" for name, text in why.items() if text))
+        message = "; ".join(f"the {name} {text}" for name, text in why.items() if text)
+        return Shortage(code, message)
     minutiae, area_px2 = known.amounts[:, :2].min(axis=0).tolist()
     fewest = count(int(minutiae), "minutia", "minutiae")
     if math.isinf(known.score) and not area_px2:

@@ -76,8 +76,7 @@ class MatchParameters(Ranged):
 
     # Global match: pairs grow over their mesh; a minutia is paired within its reach of where it is
     # predicted
-    # largest difference in direction within a pair
-    min_cosine: float = math.cos(math.radians(30.0))
+    min_cosine: float = math.cos(math.radians(30.0))  # directions in a pair differ less
     hypotheses: int = 4  # hypotheses of the relaxed local matches, at most
     coarse_rounds: int = 1  # rounds in which pairs grow over their mesh before they are weighed
     rounds: int = parameter(3, "rounds in which pairs grow over their mesh, in all", 1, 20)

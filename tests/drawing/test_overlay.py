@@ -191,6 +191,10 @@ def test_ridges_colour_each_cell_that_was_compared(sample_pair):
     cells = of_class(root, "polygon", "cell")
     for cell, value in zip(cells, found.ridge_map.correlation, strict=True):
         assert cell.get("fill") == hexadecimal(agreement(value))
+    corners = np.array([[xy.split(",") for xy in cell.get("points").split()] for cell in cells])
+    corners = corners.astype(float)
+    sides_px = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    assert sides_px == pytest.approx(np.full((len(cells), 4), sides_px.mean()), rel=1e-2)
     area = f"{found.compared.ridge_area_mm2:.0f} mm²"
     assert f"{found.compared.ridge_agreement:.2f} on {area}" in texts_of(root)
     assert draw(*sides, found, ridges=True).shape[2] == 3

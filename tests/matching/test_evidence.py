@@ -18,6 +18,7 @@ from matching_prints import (
     template_of,
 )
 from matching_weights import all_with, scored_by, some_weights
+from scipy.stats import poisson
 
 from fpmatch.matching.pipeline.evidence import (
     MODELS,
@@ -30,6 +31,7 @@ from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.evidence import (
     decades_beyond_chance,
     most_decades,
+    poisson_decades,
     weigh,
 )
 from fpmatch.matching.reference.neighbourhood import local_similarity
@@ -123,6 +125,12 @@ def test_unpaired_minutiae_count_by_the_square_of_their_quality(quality, unpaire
 def test_pairs_and_ridges_bound_the_rarity(pairs, unusual, cells):
     decades = 1.2 * max(pairs - 1, 0) + float(np.clip(unusual / 0.2, 0, 1)) * cells / 12
     assert most_decades(pairs, unusual, cells) == pytest.approx(decades, abs=1e-9)
+
+
+@given(st.integers(0, 80), st.floats(0.05, 60))
+def test_decades_by_a_poisson_distribution_are_a_bound(pairs, mean):
+    exact = poisson.logsf(pairs - 1, mean) / math.log(10)
+    assert exact <= -poisson_decades(pairs, mean) + 1e-9
 
 
 @given(

@@ -93,6 +93,8 @@ def test_compare_views_and_overlays_show_the_same_comparison(server, sent):
     assert ridges["area_mm2"] == compared["ridge_area_mm2"]
     assert ridges["impostor_mean"] == IMPOSTOR_RIDGES
     assert {len(cell) for cell in ridges["cells"]} == {4}
+    values = [cell[2] for cell in ridges["cells"]]
+    assert sum(values) / len(values) == pytest.approx(ridges["mean"], abs=1e-4)
     assert all(re.fullmatch("#[0-9a-f]{6}", cell[3]) for cell in ridges["cells"])
     picture = server.post("/overlay", files=files)
     assert picture.headers["content-type"] == "image/png"

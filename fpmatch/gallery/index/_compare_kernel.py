@@ -5,7 +5,7 @@ import cython
 from cython.cimports.fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
 from cython.cimports.fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 
-NOTHING = cython.declare(cython.double, float("-inf"))  # paired
+UNPAIRED = cython.declare(cython.double, float("-inf"))  # the estimate where nothing is paired
 
 
 @cython.locals(k=cython.Py_ssize_t)
@@ -34,10 +34,10 @@ def compare_each(
 def compare(pipeline: Pipeline, view: TemplateView, before_probe: cython.bint) -> cython.double:
     """Return the estimate of -ln(FMR) of the probe of a pipeline and another print."""
     if view.size == 0 or pipeline.probe.size == 0:
-        return NOTHING
+        return UNPAIRED
     estimate: cython.double = pipeline.rejected(view, before_probe)
     if not estimate < 0.0:
         estimate = pipeline.match(view, before_probe)
         if pipeline.best < 0:
-            return NOTHING
+            return UNPAIRED
     return estimate

@@ -127,9 +127,12 @@ class UnitCircleMatcher(Matcher):
         """
         region = prepared.region
         area, shown = factor * region.inside * region.step**2, region.ridges is not None
-        held, view = self.parameters.beyond_share > 0.0, COMPILED and view_of(prepared)
-        off = held and (view.lies_off_ridges() if view else prints.lies_off_ridges(prepared))
-        minutiae = 0.0 if off else factor * len(prepared)
+        if self.by_reference:
+            off = prints.lies_off_ridges(prepared)
+        else:
+            off = view_of(prepared).lies_off_ridges()
+        held = self.parameters.beyond_share > 0.0
+        minutiae = 0.0 if held and off else factor * len(prepared)
         _, x, _, y, _ = amount_terms(minutiae, area)
         return np.array([minutiae, area, shown, x, y])
 
@@ -151,9 +154,8 @@ class UnitCircleMatcher(Matcher):
         The probe's lengths are multiplied by each.
         """
         p, ours = self.parameters, reference.bit_descriptors
-        directions = probe.bit_descriptors.direction_bin
-        coded = probe.points, prints.which_encoded(probe.quality), directions
-        known = *coded, probe.neighbourhoods, probe.region, p
+        coded, bins = prints.which_encoded(probe.quality), probe.bit_descriptors.direction_bin
+        known = probe.points, coded, bins, probe.neighbourhoods, probe.region, p
         if self.by_reference:
             scores = [descriptor_similarity(ours, prints.encode(*known, k), p) for k in ratios]
         else:

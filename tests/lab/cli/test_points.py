@@ -101,6 +101,7 @@ def test_a_mirrored_set_matches_on_request(match, run, tmp_path, rng, matcher):
     assert result.exit_code == 0
     assert list(document) == KEYS
     transform = document["transform"]
+    assert list(transform) == ["scale", "rotation_deg", "tx", "ty", "mirrored", "matrix"]
     assert list(transform.values())[:4] == pytest.approx([1.7, 40, 250, -40])
     assert transform["mirrored"] is document["reflect"] is True
     np.testing.assert_allclose(transform["matrix"], truth.matrix, atol=1e-6)

@@ -46,7 +46,8 @@ class EvidenceScorer:
         self.term = np.zeros(TERMS)
         self.paired_b = np.empty(capacity, np.int32)
         self.correlator = RidgeCorrelator(capacity)
-        self.margin, self.doubt_pairs, self.doubt_cells = p.margin_px, p.doubt_pairs, p.doubt_cells
+        self.margin = p.margin_px
+        self.doubt_pairs, self.doubt_cells = p.doubt_pairs, p.doubt_cells
         self.doubt_minutiae, self.usual_correlation = p.doubt_minutiae, p.usual_correlation
         self.beyond_from, self.beyond_share = p.beyond_from, p.beyond_share
         self.beyond_less, self.beyond_few = p.beyond_less, p.beyond_few

@@ -30,7 +30,8 @@ class NeighbourhoodWriter:
     def __init__(self, points, parameters, count, frame) -> None:
         p, n = parameters, len(count)
         self.x, self.y, self.c, self.s = points
-        self.count, self.near, self.frame = count, np.zeros((n, p.neighbours), np.int32), frame
+        self.count, self.frame = count, frame
+        self.near = np.zeros((n, p.neighbours), np.int32)
         self.size, self.second_weight = p.neighbours, p.second_ring_weight
         self.tolerance, self.growth = p.tolerance_px, p.tolerance_per_px
         self.joined = np.empty(2 * EDGES * n, np.int32)
